@@ -1,0 +1,21 @@
+// Scene file → canonical Scene, with everything mended on the way counted in Scene::repairs.
+#pragma once
+
+#include <string>
+
+#include "common/scene/scene.h"
+
+namespace isolux {
+
+struct ImportOptions {
+  bool emit_both = false;     // --emit both: emitters radiate from both sides (default: front)
+  bool reflect_front = false; // --reflect front: only fronts take part (default: both sides)
+  std::string unit = "m";     // --unit m|cm|mm|in|ft: of the file's coordinates
+  bool strict = false;        // --strict: refuse what would be repaired
+  bool require_emission = true;  // refuse a scene in which nothing emits
+};
+
+// Reads `path` by its extension (.obj in any case). Errors name file, line and remedy.
+Result<Scene> ImportScene(const std::string& path, const ImportOptions& options);
+
+}  // namespace isolux

@@ -1,0 +1,19 @@
+// The geometry of an element is a pure function of its id: any process builds any element from the
+// scene. Subdivision is binary, across the longest side, so that shapes get rounder.
+#pragma once
+
+#include <array>
+
+#include "common/hierarchy/node_id.h"
+#include "common/scene/scene.h"
+
+namespace isolux {
+
+// Cuts from the midpoint of the longest side to the midpoint of the opposite side (quad) or to the
+// opposite corner (triangle). Both parts keep the orientation.
+std::array<ConvexPolygon, 2> Subdivide(const ConvexPolygon& polygon);
+
+// The element with this path on a surface whose whole is `surface`.
+ConvexPolygon ElementGeometry(const ConvexPolygon& surface, uint64_t path);
+
+}  // namespace isolux

@@ -1,0 +1,113 @@
+// The canonical scene: what the client's importer makes, what travels, and all that the solver knows.
+// Polygons are triangles or convex planar quads; everything is in metres and linear light.
+//
+// A polygon has two sides. A side that reflects or emits, or that is listed as receiving, takes part
+// in transport and is a Surface. Every polygon blocks light from both sides, whichever take part.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/util/status.h"
+#include "common/vec.h"
+
+namespace isolux {
+
+inline constexpr uint32_t kNoVertex = 0xffffffffu;
+
+enum class Side : uint8_t { kFront = 0, kBack = 1 };  // front: seen counter-clockwise
+
+struct Material {
+  std::string name;
+  Rgb reflectance{0.0};  // diffuse, linear, in [0, 1)
+  Rgb exitance{0.0};     // self-emitted, W/m² = π times the radiance of the file
+};
+
+// How a side of a polygon takes part: a set of flags a polygon.
+enum SideFlags : uint8_t {
+  kFrontTakesPart = 1,  // has irradiance, reflects with the material's reflectance
+  kBackTakesPart = 2,
+  kFrontEmits = 4,  // radiates the material's exitance; implies that the side takes part
+  kBackEmits = 8,
+};
+
+struct Polygon {
+  std::array<uint32_t, 4> vertices{kNoVertex, kNoVertex, kNoVertex, kNoVertex};  // ccw from the front
+  uint32_t material = 0;
+  uint32_t file_polygon = 0;  // number in the scene file, from 0; the lowest where several were merged
+  uint8_t sides = kFrontTakesPart | kBackTakesPart;
+
+  int vertex_count() const { return vertices[3] == kNoVertex ? 3 : 4; }
+};
+
+// What the importer mended; shown by `inspect`, kept with the job.
+struct RepairReport {
+  struct Entry {
+    std::string kind;      // for instance "zero-area faces dropped"
+    uint64_t count = 0;
+    std::string example;   // "room.obj:17", or empty
+  };
+  std::vector<Entry> entries;
+};
+
+struct Scene {
+  std::vector<Vec3> vertices;  // metres, relative to `origin_m`
+  std::vector<Polygon> polygons;
+  std::vector<Material> materials;
+  Vec3 origin_m{0.0};            // centre that was subtracted, in double, before anything else
+  std::string unit = "m";        // of the file: m, cm, mm, in, ft
+  double metres_per_unit = 1.0;
+  uint32_t file_polygon_count = 0;  // polygons in the file, dropped ones included
+  RepairReport repairs;
+};
+
+// One side of one polygon, as the solver sees it.
+struct Surface {
+  uint32_t polygon = 0;
+  Side side = Side::kFront;
+  Rgb reflectance{0.0};
+  Rgb exitance{0.0};  // W/m²; 0 on a side that does not emit
+};
+
+// A triangle or convex quad by value, counter-clockwise about its normal.
+struct ConvexPolygon {
+  int count = 0;  // 3 or 4
+  std::array<Vec3, 4> v{};
+
+  // Area vector: along the normal, as long as the area (Newell).
+  Vec3 AreaVector() const;
+  double Area() const { return glm::length(AreaVector()); }
+  Vec3 Normal() const { return glm::normalize(AreaVector()); }
+  Vec3 Centroid() const;  // of the area, not of the corners
+};
+
+// The surfaces of a scene in order: by polygon, front before back, only sides that take part.
+// A surface's number is its place here.
+std::vector<Surface> MakeSurfaces(const Scene& scene);
+
+// A side's polygon; that of the back has the order of its corners reversed.
+ConvexPolygon SideGeometry(const Scene& scene, uint32_t polygon, Side side);
+
+struct SceneLimits {
+  uint64_t polygons = 5'000'000;
+  uint64_t vertices = 20'000'000;
+  uint64_t materials = 65'536;
+  uint64_t bytes = 1ULL << 30;  // of the encoded scene
+};
+
+// Whether the solver can take the scene: indices in range, coordinates finite, polygons planar,
+// convex and of some area, reflectance in [0, 1), exitance finite and not negative, something emits.
+// The message names the polygon (by its number in the file) or material, and the remedy.
+Status Validate(const Scene& scene, const SceneLimits& limits = {});
+
+// The scene as bytes (little-endian, versioned; not the repair report) and back. The encoding is
+// canonical: equal scenes have equal bytes.
+std::string Encode(const Scene& scene);
+Result<Scene> Decode(const std::string& bytes, const SceneLimits& limits = {});
+
+// 32 hexadecimal digits: XXH3-128 of Encode(scene).
+std::string HashOf(const std::string& encoded_scene);
+
+}  // namespace isolux

@@ -1,0 +1,76 @@
+// What a user asks of a solve, and what a round reports: the same names on the command line, in the
+// protocol and in the report.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/util/status.h"
+
+namespace isolux {
+
+enum class Distribution { kOctree, kRandom, kInput, kBalanced };
+enum class BalanceStrategy { kNone, kRotate, kGreedyRefine };
+
+struct SolveOptions {
+  double accuracy = 0.02;         // mean |ΔH| / mean H asked for, in (0, 1]
+  double max_seconds = 0;         // from the start of the job; 0: none
+  uint64_t max_links = 0;         // over all workers; 0: none
+  uint64_t max_memory_bytes = 0;  // of links and nodes over all workers; 0: none
+  uint32_t max_rounds = 24;
+  uint32_t cut_size = 256;        // nodes of the cut, at least 8 a worker where the scene has them
+  uint32_t forced_splits = 0;     // cut nodes split after every round whatever their load (for tests)
+  Distribution distribution = Distribution::kOctree;
+  BalanceStrategy balance = BalanceStrategy::kGreedyRefine;
+  double balance_threshold = 1.15;  // max/mean of the predicted load above which nodes migrate
+  std::vector<double> epsilons;     // thresholds to use, W, one a round; empty: chosen by the schedule
+  uint64_t seed = 1;                // of the sampling
+
+  Status Validate() const;
+};
+
+// One row a round: progress, log, report.
+struct RoundSummary {
+  uint32_t round = 0;           // from 1
+  double epsilon = 0;           // power error below which a link is kept, W
+  double error_estimate = 0;    // mean |ΔH| / mean H of the output
+  double error_spread = 0;      // its parts: variation of sources within a link,
+  double error_visibility = 0;  //   sampled visibility,
+  double error_coupling = 0;    //   coupling factors,
+  double error_solver = 0;      //   unfinished iteration
+  uint64_t elements = 0;        // leaves of the hierarchy
+  uint64_t links = 0;           // kept, over all workers
+  uint64_t evaluations = 0;     // link evaluations in this round
+  uint64_t rays = 0;            // shadow rays in this round
+  uint32_t iterations = 0;      // matrix products of the solver in this round
+  double residual = 0;          // residual power over emitted power
+  double energy_imbalance = 0;  // largest |emitted − absorbed − escaped| / emitted over the channels
+  std::array<double, 3> emitted_w{}, absorbed_w{}, escaped_w{};
+  double seconds = 0;           // wall, since the start of the job
+  double refine_s = 0, exchange_s = 0, solve_s = 0, snapshot_s = 0, balance_s = 0;  // wall, this round
+  std::vector<double> worker_cpu_s;  // CPU of each worker in this round
+  double load_max_over_mean = 1;
+  uint64_t bytes_in = 0, bytes_out = 0;  // of all workers in this round
+  uint64_t migrated_nodes = 0, migrated_links = 0;
+  uint64_t memory_bytes = 0;    // links and nodes over all workers
+};
+
+// Why a solve ended.
+enum class EndReason { kAccuracy, kSeconds, kLinks, kMemory, kRounds, kPrecision, kFinished };
+const char* ToText(EndReason reason);  // "accuracy reached", "time budget used", ...
+
+struct SolveSummary {
+  std::vector<RoundSummary> rounds;
+  EndReason end_reason = EndReason::kAccuracy;
+  double seconds = 0;
+  double gather_s = 0;
+  uint32_t workers = 0;
+  uint64_t rays = 0;  // shadow rays of all rounds and the gather
+};
+
+Result<Distribution> ParseDistribution(const std::string& text);     // octree|random|input|balanced
+Result<BalanceStrategy> ParseBalanceStrategy(const std::string& text);  // none|rotate|greedy-refine
+
+}  // namespace isolux
