@@ -1,5 +1,5 @@
-// How a shard meets the others: a few collective operations, each called by every worker in the same
-// order. The numerics are written once against this interface; with NullExchange they are a
+// How a shard meets the others: a few collective operations, each called by every worker in the
+// same order. The numerics are written once against this interface; with NullExchange they are a
 // one-process solver.
 //
 // Values travel out (from the home of a node to those who keep a proxy of it), integer sums travel
@@ -10,29 +10,11 @@
 #include <span>
 #include <vector>
 
+#include "common/hierarchy/collectives.h"
 #include "common/hierarchy/node_id.h"
-#include "common/util/exact_sum.h"
 #include "common/util/status.h"
 
 namespace isolux {
-
-// What is combined over all workers: maxima by maximum, sums exactly, counts by addition. All
-// workers give vectors of the same lengths.
-struct Reduction {
-  std::vector<double> maxima;
-  std::vector<ExactSum> sums;
-  std::vector<uint64_t> counts;
-};
-
-struct ReceivedValues {
-  std::vector<double> cut;      // lanes × nodes of the cut, in the order of the cut
-  std::vector<double> proxies;  // lanes × wanted nodes, in the order of `wanted`, home by home
-};
-
-struct ReceivedSums {
-  std::vector<int64_t> crown;     // totals over all workers
-  std::vector<int64_t> exported;  // totals over all other workers, in the order of the exported nodes
-};
 
 class Exchange {
  public:
@@ -40,8 +22,8 @@ class Exchange {
 
   virtual Result<Reduction> Reduce(Reduction mine) = 0;
 
-  // Once a round. wanted[w]: ids, sorted, of the nodes homed at worker w whose values are needed here
-  // (empty for oneself). Returns the ids of own nodes that others want, sorted, each once: the
+  // Once a round. wanted[w]: ids, sorted, of the nodes homed at worker w whose values are needed
+  // here (empty for oneself). Returns the ids of own nodes that others want, sorted, each once: the
   // exported nodes. Clusters above the cut are never wanted: their values follow from the cut's.
   virtual Result<std::vector<NodeId>> Subscribe(const std::vector<std::vector<NodeId>>& wanted) = 0;
 
