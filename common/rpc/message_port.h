@@ -1,6 +1,8 @@
-// One end of a two-way channel of whole messages between the coordinator and one worker. The session
-// over gRPC is one implementation, a pair of queues in one process another: everything above it is
-// the same in both, and is tested without a network.
+// One end of a two-way channel of whole messages between the coordinator and one worker. The
+// session over gRPC is one implementation, a pair of queues in one process another: everything
+// above it is the same in both, and is tested without a network.
+//
+// Send and Close may be called by any thread, Receive by one at a time.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +22,8 @@ class MessagePort {
  public:
   virtual ~MessagePort() = default;
 
-  // Queues the message; blocks while the bounded outbox is full. kUnavailable once the peer is gone.
+  // Queues the message; blocks while the bounded outbox is full. kUnavailable once the peer is
+  // gone.
   virtual Status Send(Message message) = 0;
 
   // The next message in order. kDeadlineExceeded after `timeout_s`, kUnavailable once the peer is
