@@ -1,8 +1,8 @@
-// The canonical scene: what the client's importer makes, what travels, and all that the solver knows.
-// Polygons are triangles or convex planar quads; everything is in metres and linear light.
+// The canonical scene: what the client's importer makes, what travels, and all that the solver
+// knows. Polygons are triangles or convex planar quads; everything is in metres and linear light.
 //
-// A polygon has two sides. A side that reflects or emits, or that is listed as receiving, takes part
-// in transport and is a Surface. Every polygon blocks light from both sides, whichever take part.
+// A polygon has two sides. A side that takes part or emits (SideFlags) is a Surface. Every polygon
+// blocks light from both sides, whichever take part.
 #pragma once
 
 #include <array>
@@ -34,9 +34,10 @@ enum SideFlags : uint8_t {
 };
 
 struct Polygon {
-  std::array<uint32_t, 4> vertices{kNoVertex, kNoVertex, kNoVertex, kNoVertex};  // ccw from the front
+  // Counter-clockwise from the front; a triangle has kNoVertex in the last place.
+  std::array<uint32_t, 4> vertices{kNoVertex, kNoVertex, kNoVertex, kNoVertex};
   uint32_t material = 0;
-  uint32_t file_polygon = 0;  // number in the scene file, from 0; the lowest where several were merged
+  uint32_t file_polygon = 0;  // number in the file, from 0; the lowest where several were merged
   uint8_t sides = kFrontTakesPart | kBackTakesPart;
 
   int vertex_count() const { return vertices[3] == kNoVertex ? 3 : 4; }
@@ -45,9 +46,9 @@ struct Polygon {
 // What the importer mended; shown by `inspect`, kept with the job.
 struct RepairReport {
   struct Entry {
-    std::string kind;      // for instance "zero-area faces dropped"
+    std::string kind;  // for instance "zero-area faces dropped"
     uint64_t count = 0;
-    std::string example;   // "room.obj:17", or empty
+    std::string example;  // "room.obj:17", or empty
   };
   std::vector<Entry> entries;
 };
@@ -56,8 +57,8 @@ struct Scene {
   std::vector<Vec3> vertices;  // metres, relative to `origin_m`
   std::vector<Polygon> polygons;
   std::vector<Material> materials;
-  Vec3 origin_m{0.0};            // centre that was subtracted, in double, before anything else
-  std::string unit = "m";        // of the file: m, cm, mm, in, ft
+  Vec3 origin_m{0.0};      // centre that was subtracted, in double, before anything else
+  std::string unit = "m";  // of the file: m, cm, mm, in, ft
   double metres_per_unit = 1.0;
   uint32_t file_polygon_count = 0;  // polygons in the file, dropped ones included
   RepairReport repairs;
@@ -83,6 +84,14 @@ struct ConvexPolygon {
   Vec3 Centroid() const;  // of the area, not of the corners
 };
 
+// What the solver asks of a polygon's shape, with the tolerances that make it robust.
+inline constexpr double kNoArea = 1e-12;  // area over squared longest side
+inline constexpr double kPlanarTolerance =
+    1e-6;  // of a corner's distance from the plane, /diagonal
+bool HasArea(const ConvexPolygon& polygon);
+bool IsPlanar(const ConvexPolygon& polygon);
+bool IsConvex(const ConvexPolygon& polygon);  // three corners may lie on one line
+
 // The surfaces of a scene in order: by polygon, front before back, only sides that take part.
 // A surface's number is its place here.
 std::vector<Surface> MakeSurfaces(const Scene& scene);
@@ -98,8 +107,8 @@ struct SceneLimits {
 };
 
 // Whether the solver can take the scene: indices in range, coordinates finite, polygons planar,
-// convex and of some area, reflectance in [0, 1), exitance finite and not negative, something emits.
-// The message names the polygon (by its number in the file) or material, and the remedy.
+// convex and of some area, reflectance in [0, 1), exitance finite and not negative, something
+// emits. The message names the polygon (by its number in the file) or material, and the remedy.
 Status Validate(const Scene& scene, const SceneLimits& limits = {});
 
 // The scene as bytes (little-endian, versioned; not the repair report) and back. The encoding is

@@ -10,8 +10,8 @@ namespace isolux::testing {
 // A closed box [0,size] seen from inside: six quads (x low, x high, y low, y high, z low, z high),
 // fronts inwards, fronts only.
 struct BoxFaces {
-  std::array<Rgb, 6> reflectance;
-  std::array<Rgb, 6> exitance;
+  std::array<Rgb, 6> reflectance{};
+  std::array<Rgb, 6> exitance{};
 };
 Scene BoxRoom(const Vec3& size_m, const BoxFaces& faces);
 

@@ -1,0 +1,268 @@
+#include "common/scene/scene.h"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/util/bytes.h"
+
+namespace isolux {
+namespace {
+
+constexpr uint64_t kMagic = 0x314e435358554c49ULL;  // "ILUXSCN1"
+constexpr uint64_t kVertexBytes = 3 * 8;
+constexpr uint64_t kPolygonBytes = 6 * 4 + 1;
+constexpr uint64_t kMaterialBytes = 4 + 6 * 8;  // without the name
+constexpr uint32_t kLongestName = 1024;
+constexpr uint8_t kAllSides = kFrontTakesPart | kBackTakesPart | kFrontEmits | kBackEmits;
+
+// Products of three lengths and of exitances with areas must stay far from overflow.
+constexpr double kLargestCoordinateM = 1e9;
+constexpr double kLargestExitance = 1e30;
+
+bool Finite(const Vec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+double LargestOf(const Vec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
+Status CheckLimits(uint64_t vertices, uint64_t polygons, uint64_t materials,
+                   const SceneLimits& limits) {
+  const auto check = [](uint64_t count, uint64_t most, const char* what) {
+    if (count <= most) return Status();
+    return MakeStatus(StatusCode::kResourceExhausted,
+                      "the scene has {} {}, more than the limit of {}; simplify or divide it",
+                      count, what, most);
+  };
+  RETURN_IF_ERROR(check(vertices, limits.vertices, "vertices"));
+  RETURN_IF_ERROR(check(polygons, limits.polygons, "polygons"));
+  return check(materials, limits.materials, "materials");
+}
+
+Status CheckIndices(const Polygon& polygon, uint64_t vertices, uint64_t materials) {
+  for (int i = 0; i < polygon.vertex_count(); ++i) {
+    if (polygon.vertices[i] >= vertices) {
+      return MakeStatus(StatusCode::kInvalidArgument,
+                        "polygon {}: vertex {} does not exist, the scene has {}",
+                        polygon.file_polygon, polygon.vertices[i], vertices);
+    }
+  }
+  if (polygon.material >= materials) {
+    return MakeStatus(StatusCode::kInvalidArgument,
+                      "polygon {}: material {} does not exist, the scene has {}",
+                      polygon.file_polygon, polygon.material, materials);
+  }
+  if ((polygon.sides & ~kAllSides) != 0) {
+    return MakeStatus(StatusCode::kInvalidArgument, "polygon {}: unknown side flags {:#x}",
+                      polygon.file_polygon, polygon.sides);
+  }
+  return {};
+}
+
+Status CheckMaterial(const Material& material, size_t number) {
+  const auto fail = [&](const char* what, const Rgb& value, const char* remedy) {
+    return MakeStatus(StatusCode::kInvalidArgument, "material {} '{}': {} ({} {} {}): {}", number,
+                      material.name, what, value.x, value.y, value.z, remedy);
+  };
+  for (int c = 0; c < 3; ++c) {
+    if (!(material.reflectance[c] >= 0 && material.reflectance[c] < 1)) {
+      return fail("reflectance outside [0, 1)", material.reflectance, "lower Kd below 1");
+    }
+    if (!(material.exitance[c] >= 0 && material.exitance[c] <= kLargestExitance)) {
+      return fail("exitance negative, too large or not a number", material.exitance,
+                  "give Ke as radiance in W/(m² sr), 0 or more");
+    }
+  }
+  return {};
+}
+
+Status CheckShape(const Scene& scene, size_t p) {
+  const ConvexPolygon shape = SideGeometry(scene, static_cast<uint32_t>(p), Side::kFront);
+  const uint32_t number = scene.polygons[p].file_polygon;
+  if (!HasArea(shape)) {
+    return MakeStatus(StatusCode::kInvalidArgument, "polygon {}: no area; leave it out", number);
+  }
+  if (!IsPlanar(shape)) {
+    return MakeStatus(StatusCode::kInvalidArgument,
+                      "polygon {}: its corners are not in one plane; divide it into triangles",
+                      number);
+  }
+  if (!IsConvex(shape)) {
+    return MakeStatus(StatusCode::kInvalidArgument,
+                      "polygon {}: not convex; divide it into triangles", number);
+  }
+  return {};
+}
+
+bool Emits(const Scene& scene) {
+  return std::any_of(scene.polygons.begin(), scene.polygons.end(), [&](const Polygon& p) {
+    return (p.sides & (kFrontEmits | kBackEmits)) != 0 &&
+           Sum(scene.materials[p.material].exitance) > 0;
+  });
+}
+
+// -0 and 0 are equal, so they are written alike.
+void Put(ByteWriter& out, const Vec3& v) {
+  for (int i = 0; i < 3; ++i) out.Put(v[i] + 0.0);
+}
+
+Vec3 GetVec3(ByteReader& in) {
+  Vec3 v;
+  for (int i = 0; i < 3; ++i) v[i] = in.Get<double>();
+  return v;
+}
+
+Polygon GetPolygon(ByteReader& in) {
+  Polygon polygon;
+  for (uint32_t& v : polygon.vertices) v = in.Get<uint32_t>();
+  polygon.material = in.Get<uint32_t>();
+  polygon.file_polygon = in.Get<uint32_t>();
+  polygon.sides = in.Get<uint8_t>();
+  return polygon;
+}
+
+}  // namespace
+
+bool HasArea(const ConvexPolygon& polygon) {
+  double longest2 = 0;
+  for (int i = 0; i < polygon.count; ++i) {
+    const Vec3 side = polygon.v[(i + 1) % polygon.count] - polygon.v[i];
+    longest2 = std::max(longest2, glm::dot(side, side));
+  }
+  const double area = polygon.Area();
+  return area > kNoArea * longest2 && area > 1e-200;
+}
+
+bool IsPlanar(const ConvexPolygon& polygon) {
+  if (polygon.count < 4) return true;
+  const Vec3 normal = polygon.Normal();
+  const double diagonal =
+      std::max(glm::length(polygon.v[2] - polygon.v[0]), glm::length(polygon.v[3] - polygon.v[1]));
+  // The normal is that of both diagonals, so the corners lie alternately above and below the plane.
+  const double gap = std::abs(glm::dot(polygon.v[1] - polygon.v[0], normal));
+  return gap <= kPlanarTolerance * diagonal;
+}
+
+bool IsConvex(const ConvexPolygon& polygon) {
+  const Vec3 area = polygon.AreaVector();
+  const double area2 = glm::dot(area, area);
+  for (int i = 0; i < polygon.count; ++i) {
+    const Vec3& here = polygon.v[i];
+    const Vec3 in = here - polygon.v[(i + polygon.count - 1) % polygon.count];
+    const Vec3 out = polygon.v[(i + 1) % polygon.count] - here;
+    if (glm::dot(glm::cross(in, out), area) < -kNoArea * area2) return false;
+  }
+  return true;
+}
+
+Status Validate(const Scene& scene, const SceneLimits& limits) {
+  RETURN_IF_ERROR(
+      CheckLimits(scene.vertices.size(), scene.polygons.size(), scene.materials.size(), limits));
+  if (scene.polygons.empty()) {
+    return MakeStatus(StatusCode::kInvalidArgument, "the scene has no polygons");
+  }
+  if (!(scene.metres_per_unit > 0 && std::isfinite(scene.metres_per_unit))) {
+    return MakeStatus(StatusCode::kInvalidArgument, "{} metres per unit is not a length",
+                      scene.metres_per_unit);
+  }
+  if (!Finite(scene.origin_m)) {
+    return MakeStatus(StatusCode::kInvalidArgument, "the origin of the scene is not a point");
+  }
+  for (size_t v = 0; v < scene.vertices.size(); ++v) {
+    const Vec3& point = scene.vertices[v];
+    if (!Finite(point) || LargestOf(point) > kLargestCoordinateM) {
+      return MakeStatus(StatusCode::kInvalidArgument,
+                        "vertex {} ({} {} {} m) is not a point within {:g} m; is the unit right?",
+                        v, point.x, point.y, point.z, kLargestCoordinateM);
+    }
+  }
+  for (size_t m = 0; m < scene.materials.size(); ++m) {
+    RETURN_IF_ERROR(CheckMaterial(scene.materials[m], m));
+  }
+  for (size_t p = 0; p < scene.polygons.size(); ++p) {
+    RETURN_IF_ERROR(CheckIndices(scene.polygons[p], scene.vertices.size(), scene.materials.size()));
+    RETURN_IF_ERROR(CheckShape(scene, p));
+  }
+  if (!Emits(scene)) {
+    return MakeStatus(StatusCode::kInvalidArgument,
+                      "nothing in the scene emits light: give a material Ke above 0");
+  }
+  return {};
+}
+
+std::string Encode(const Scene& scene) {
+  ByteWriter out(256 + kVertexBytes * scene.vertices.size() +
+                 kPolygonBytes * scene.polygons.size() +
+                 (kMaterialBytes + 32) * scene.materials.size());
+  out.Put(kMagic);
+  out.Put(static_cast<uint64_t>(scene.vertices.size()));
+  out.Put(static_cast<uint64_t>(scene.polygons.size()));
+  out.Put(static_cast<uint64_t>(scene.materials.size()));
+  out.Put(scene.file_polygon_count);
+  Put(out, scene.origin_m);
+  out.Put(scene.metres_per_unit);
+  out.PutText(scene.unit);
+  for (const Vec3& v : scene.vertices) Put(out, v);
+  for (const Polygon& polygon : scene.polygons) {
+    for (const uint32_t v : polygon.vertices) out.Put(v);
+    out.Put(polygon.material);
+    out.Put(polygon.file_polygon);
+    out.Put(polygon.sides);
+  }
+  for (const Material& material : scene.materials) {
+    out.PutText(std::string_view(material.name).substr(0, kLongestName));
+    Put(out, material.reflectance);
+    Put(out, material.exitance);
+  }
+  return out.Take();
+}
+
+Result<Scene> Decode(const std::string& bytes, const SceneLimits& limits) {
+  if (bytes.size() > limits.bytes) {
+    return Error(StatusCode::kResourceExhausted, "scene of {} bytes, more than the limit of {}",
+                 bytes.size(), limits.bytes);
+  }
+  ByteReader in(bytes);
+  if (in.Get<uint64_t>() != kMagic) {
+    return Error(StatusCode::kDataLoss, "scene: not a scene of this version");
+  }
+  const auto vertices = in.Get<uint64_t>();
+  const auto polygons = in.Get<uint64_t>();
+  const auto materials = in.Get<uint64_t>();
+  RETURN_IF_ERROR(CheckLimits(vertices, polygons, materials, limits));
+  Scene scene;
+  scene.file_polygon_count = in.Get<uint32_t>();
+  scene.origin_m = GetVec3(in);
+  scene.metres_per_unit = in.Get<double>();
+  scene.unit = in.GetText(kLongestName);
+  if (!in.Holds(vertices * kVertexBytes + polygons * kPolygonBytes + materials * kMaterialBytes,
+                1)) {
+    return Error(StatusCode::kDataLoss, "scene: {} bytes do not hold what the head announces",
+                 bytes.size());
+  }
+  scene.vertices.resize(vertices);
+  for (Vec3& v : scene.vertices) v = GetVec3(in);
+  scene.polygons.resize(polygons);
+  for (Polygon& polygon : scene.polygons) {
+    polygon = GetPolygon(in);
+    RETURN_IF_ERROR(CheckIndices(polygon, vertices, materials));
+  }
+  scene.materials.resize(materials);
+  for (Material& material : scene.materials) {
+    material.name = in.GetText(kLongestName);
+    material.reflectance = GetVec3(in);
+    material.exitance = GetVec3(in);
+  }
+  if (!in.ok() || in.left() > 0) {
+    return Error(StatusCode::kDataLoss, "scene: its end is {}", in.ok() ? "too late" : "missing");
+  }
+  return scene;
+}
+
+std::string HashOf(const std::string& encoded_scene) {
+  const XXH128_hash_t hash = XXH3_128bits(encoded_scene.data(), encoded_scene.size());
+  return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
+}
+
+}  // namespace isolux

@@ -1,0 +1,177 @@
+#include "common/scene/scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "common/util/random.h"
+#include "tests/support/scenes.h"
+
+namespace isolux {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+void ExpectRefused(const Scene& scene, const std::string& words) {
+  const Status status = Validate(scene);
+  EXPECT_FALSE(status.ok()) << "expected: " << words;
+  EXPECT_NE(status.message().find(words), std::string::npos) << status.message();
+}
+
+TEST(SceneBytes, RoundTrip) {
+  Scene scene = testing::CornellBox(true);
+  scene.origin_m = {1, -2, 3.5};
+  const std::string bytes = Encode(scene);
+  const Result<Scene> back = Decode(bytes);
+  ASSERT_TRUE(back.has_value()) << back.error().message();
+  EXPECT_EQ(Encode(*back), bytes);
+  EXPECT_EQ(back->unit, "mm");
+  EXPECT_EQ(back->materials[3].name, "light");
+  EXPECT_EQ(back->materials[3].exitance, scene.materials[3].exitance);
+  EXPECT_EQ(back->vertices, scene.vertices);
+  EXPECT_EQ(back->polygons[4].vertices, scene.polygons[4].vertices);
+  EXPECT_EQ(back->polygons[4].file_polygon, 4U);
+  EXPECT_EQ(back->origin_m, scene.origin_m);
+  EXPECT_EQ(back->file_polygon_count, 24U);
+}
+
+TEST(SceneBytes, EqualScenesHaveEqualBytes) {
+  Scene a = testing::FurnaceCube(0.5, 1);
+  Scene b = a;
+  for (Vec3& v : b.vertices) {
+    for (int i = 0; i < 3; ++i) v[i] = v[i] == 0 ? -0.0 : v[i];
+  }
+  b.repairs.entries.push_back({"zero-area faces dropped", 3, "a.obj:7"});
+  EXPECT_EQ(Encode(a), Encode(b));
+  b.vertices[0].x += 1e-15;
+  EXPECT_NE(HashOf(Encode(a)), HashOf(Encode(b)));
+}
+
+TEST(SceneBytes, HashIs128BitsInHexadecimal) {
+  // Published value of XXH3-128 of nothing.
+  EXPECT_EQ(HashOf(""), "99aa06d3014798d86001c324468d497f");
+}
+
+TEST(SceneBytes, EveryTruncationIsAnError) {
+  const std::string bytes = Encode(testing::FurnaceCube(0.5, 1));
+  for (size_t length = 0; length < bytes.size(); ++length) {
+    EXPECT_FALSE(Decode(bytes.substr(0, length)).has_value()) << length;
+  }
+  EXPECT_FALSE(Decode(bytes + "x").has_value());
+}
+
+TEST(SceneBytes, DamagedBytesGiveAnErrorOrAScene) {
+  const std::string bytes = Encode(testing::CornellBox(false));
+  for (uint64_t seed = 1; seed <= 20'000; ++seed) {
+    Random random(Mix(seed));
+    std::string damaged = bytes;
+    const int changes = 1 + static_cast<int>(random.Bits() % 4);
+    for (int i = 0; i < changes; ++i) {
+      // Half of the damage goes where the counts are.
+      const uint64_t span = random.Bits() % 2 == 0 ? 80 : damaged.size();
+      damaged[random.Bits() % span] = static_cast<char>(random.Bits());
+    }
+    const Result<Scene> scene = Decode(damaged);
+    if (!scene.has_value()) {
+      EXPECT_FALSE(scene.error().message().empty());
+      continue;
+    }
+    if (Validate(*scene).ok()) {
+      EXPECT_FALSE(MakeSurfaces(*scene).empty()) << "seed " << seed;
+    }
+  }
+}
+
+TEST(SceneBytes, CountsAreCheckedBeforeMemoryIsTaken) {
+  std::string bytes = Encode(testing::FurnaceCube(0.5, 1));
+  for (int i = 0; i < 8; ++i) bytes[8 + i] = static_cast<char>(0xff);  // vertices
+  EXPECT_EQ(Decode(bytes).error().code(), StatusCode::kResourceExhausted);
+  SceneLimits few;
+  few.polygons = 5;
+  EXPECT_EQ(Decode(Encode(testing::FurnaceCube(0.5, 1)), few).error().code(),
+            StatusCode::kResourceExhausted);
+  few = {};
+  few.bytes = 100;
+  EXPECT_EQ(Decode(Encode(testing::FurnaceCube(0.5, 1)), few).error().code(),
+            StatusCode::kResourceExhausted);
+}
+
+TEST(SceneValidate, NamesWhatIsWrongAndTheRemedy) {
+  const Scene good = testing::FurnaceCube(0.5, 1);
+  ASSERT_TRUE(Validate(good).ok());
+
+  Scene scene = good;
+  scene.polygons.clear();
+  ExpectRefused(scene, "no polygons");
+
+  scene = good;
+  scene.vertices[2].y = kNan;
+  ExpectRefused(scene, "vertex 2");
+  scene.vertices[2].y = 1e30;
+  ExpectRefused(scene, "is the unit right?");
+
+  scene = good;
+  scene.materials[1].reflectance.y = 1;
+  ExpectRefused(scene, "material 1 'x high': reflectance outside [0, 1)");
+  scene.materials[1].reflectance.y = kNan;
+  ExpectRefused(scene, "reflectance");
+
+  scene = good;
+  scene.materials[1].exitance.z = -1;
+  ExpectRefused(scene, "exitance");
+
+  scene = good;
+  scene.polygons[3].vertices[1] = 8;
+  ExpectRefused(scene, "polygon 3: vertex 8 does not exist");
+  scene = good;
+  scene.polygons[3].material = 6;
+  ExpectRefused(scene, "polygon 3: material 6 does not exist");
+  scene = good;
+  scene.polygons[3].sides = 16;
+  ExpectRefused(scene, "side flags");
+
+  scene = good;
+  scene.metres_per_unit = 0;
+  ExpectRefused(scene, "metres per unit");
+  scene = good;
+  scene.origin_m.x = kNan;
+  ExpectRefused(scene, "origin");
+}
+
+TEST(SceneValidate, ChecksShapes) {
+  Scene scene = testing::FurnaceCube(0.5, 1);
+  scene.polygons[2].file_polygon = 17;
+  std::swap(scene.polygons[2].vertices[1], scene.polygons[2].vertices[2]);
+  ExpectRefused(scene, "polygon 17: no area");  // a bow tie whose halves cancel
+
+  scene = testing::FurnaceCube(0.5, 1);
+  scene.vertices.emplace_back(0.2, 0.0, 0.2);
+  scene.polygons[2].vertices = {0, scene.polygons[2].vertices[1], 8, scene.polygons[2].vertices[3]};
+  ExpectRefused(scene, "not convex");
+
+  scene = testing::FurnaceCube(0.5, 1);
+  scene.vertices[scene.polygons[2].vertices[2]].y += 1e-4;
+  ExpectRefused(scene, "not in one plane");
+  scene.vertices[scene.polygons[2].vertices[2]].y -= 1e-4 - 1e-8;
+  EXPECT_TRUE(Validate(scene).ok()) << Validate(scene).message();
+}
+
+TEST(SceneValidate, RefusesDarkness) {
+  Scene scene = testing::FurnaceCube(0.5, 0);
+  ExpectRefused(scene, "nothing in the scene emits light");
+  scene = testing::FurnaceCube(0.5, 1);
+  for (Polygon& polygon : scene.polygons) polygon.sides = kFrontTakesPart;
+  ExpectRefused(scene, "nothing in the scene emits light");
+  scene.polygons[0].sides = kBackEmits;
+  EXPECT_TRUE(Validate(scene).ok());
+}
+
+TEST(SceneValidate, KeepsLimits) {
+  SceneLimits limits;
+  limits.materials = 5;
+  EXPECT_EQ(Validate(testing::FurnaceCube(0.5, 1), limits).code(), StatusCode::kResourceExhausted);
+}
+
+}  // namespace
+}  // namespace isolux
