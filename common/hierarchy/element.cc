@@ -25,7 +25,8 @@ std::array<ConvexPolygon, 2> Subdivide(const ConvexPolygon& polygon) {
   const auto corner = [&](int k) -> const Vec3& { return polygon.v[(i + k) % n]; };
   const Vec3 cut = 0.5 * (corner(0) + corner(1));
   if (n == 3) {
-    return {ConvexPolygon{3, {corner(0), cut, corner(2)}}, ConvexPolygon{3, {cut, corner(1), corner(2)}}};
+    return {ConvexPolygon{3, {corner(0), cut, corner(2)}},
+            ConvexPolygon{3, {cut, corner(1), corner(2)}}};
   }
   const Vec3 opposite = 0.5 * (corner(2) + corner(3));
   return {ConvexPolygon{4, {corner(0), cut, opposite, corner(3)}},

@@ -52,7 +52,8 @@ class OctreeBuilder {
 
   Vec3 Centre(uint32_t polygon) const { return bounds_[polygon].Centre(); }
 
-  void Divide(uint32_t cluster, std::vector<uint32_t> polygons, Cell cell, int depth, bool by_size) {
+  void Divide(uint32_t cluster, std::vector<uint32_t> polygons, Cell cell, int depth,
+              bool by_size) {
     if (polygons.size() <= Hierarchy::kLeafPolygons || depth >= kMaxDepth) {
       members_[cluster] = std::move(polygons);
       return;
@@ -63,11 +64,12 @@ class OctreeBuilder {
       const Vec3 sign((k & 1) != 0 ? 1 : -1, (k & 2) != 0 ? 1 : -1, (k & 4) != 0 ? 1 : -1);
       return Cell{cell.centre + 0.5 * cell.half * sign, 0.5 * cell.half};
     };
-    const auto filled = std::count_if(parts.begin(), parts.end(), [](const auto& p) { return !p.empty(); });
+    const auto filled =
+        std::count_if(parts.begin(), parts.end(), [](const auto& p) { return !p.empty(); });
     if (filled == 1) {  // one child: the cell itself is skipped
-      const int only = static_cast<int>(std::find_if(parts.begin(), parts.end(), [](const auto& p) {
-                                          return !p.empty();
-                                        }) - parts.begin());
+      const int only = static_cast<int>(
+          std::find_if(parts.begin(), parts.end(), [](const auto& p) { return !p.empty(); }) -
+          parts.begin());
       if (only == 8) return Divide(cluster, std::move(parts[8]), cell, depth, false);
       return Divide(cluster, std::move(parts[only]), octant(only), depth + 1, by_size);
     }
@@ -125,7 +127,8 @@ std::vector<uint32_t> FindPlanes(const Scene& scene, double extent) {
       if (it == cells.end()) continue;
       for (const Plane& plane : it->second) {
         double difference = 0;
-        for (int d = 0; d < 4; ++d) difference = std::max(difference, std::abs(plane.key[d] - key[d]));
+        for (int d = 0; d < 4; ++d)
+          difference = std::max(difference, std::abs(plane.key[d] - key[d]));
         if (difference <= kTolerance) {
           found = plane.number;
           break;

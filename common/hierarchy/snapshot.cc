@@ -24,8 +24,8 @@ T Take(const char*& in) {
   return value;
 }
 
-// Whether the leaves, in order, cover surfaces 0 .. count-1 once each. Leaves of a surface follow each
-// other; the next one starts where the last one ended, counting paths as binary fractions.
+// Whether the leaves, in order, cover surfaces 0 .. count-1 once each. Leaves of a surface follow
+// each other; the next one starts where the last one ended, counting paths as binary fractions.
 Status CheckCover(const std::vector<LeafRecord>& leaves, uint32_t surface_count) {
   uint32_t surface = 0;
   uint64_t covered = 0;  // in units of 2^-kMaxLevel of the surface
@@ -44,7 +44,8 @@ Status CheckCover(const std::vector<LeafRecord>& leaves, uint32_t surface_count)
     }
   }
   if (surface != surface_count || covered != 0) {
-    return MakeStatus(StatusCode::kDataLoss, "snapshot: covers {} of {} surfaces", surface, surface_count);
+    return MakeStatus(StatusCode::kDataLoss, "snapshot: covers {} of {} surfaces", surface,
+                      surface_count);
   }
   return {};
 }
@@ -79,7 +80,8 @@ Result<Snapshot> DecodeSnapshot(const std::string& bytes) {
   snapshot.epsilon = Take<double>(in);
   const auto count = Take<uint64_t>(in);
   if (count > bytes.size() || bytes.size() != kHeaderBytes + kLeafBytes * count) {
-    return Error(StatusCode::kDataLoss, "snapshot: {} bytes do not hold {} leaves", bytes.size(), count);
+    return Error(StatusCode::kDataLoss, "snapshot: {} bytes do not hold {} leaves", bytes.size(),
+                 count);
   }
   snapshot.leaves.resize(count);
   for (LeafRecord& leaf : snapshot.leaves) {
@@ -111,7 +113,8 @@ Result<Snapshot> MergeSnapshots(std::vector<Snapshot> parts, uint32_t surface_co
   size_t total = 0;
   for (const Snapshot& part : parts) {
     if (part.round != merged.round || part.epsilon != merged.epsilon) {
-      return Error(StatusCode::kDataLoss, "snapshot: parts of rounds {} and {}", merged.round, part.round);
+      return Error(StatusCode::kDataLoss, "snapshot: parts of rounds {} and {}", merged.round,
+                   part.round);
     }
     total += part.leaves.size();
   }

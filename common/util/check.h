@@ -10,19 +10,19 @@ namespace isolux::internal {
 [[noreturn]] void CheckFailed(const char* file, int line, const std::string& what);
 }  // namespace isolux::internal
 
-#define CHECK(condition)                                                        \
-  do {                                                                          \
-    if (!(condition)) [[unlikely]]                                              \
-      ::isolux::internal::CheckFailed(__FILE__, __LINE__, #condition);          \
+#define CHECK(condition)                                               \
+  do {                                                                 \
+    if (!(condition)) [[unlikely]]                                     \
+      ::isolux::internal::CheckFailed(__FILE__, __LINE__, #condition); \
   } while (false)
 
-#define ISOLUX_CHECK_OP(op, a, b)                                               \
-  do {                                                                          \
-    const auto& isolux_a = (a);                                                 \
-    const auto& isolux_b = (b);                                                 \
-    if (!(isolux_a op isolux_b)) [[unlikely]]                                   \
-      ::isolux::internal::CheckFailed(                                          \
-          __FILE__, __LINE__,                                                   \
+#define ISOLUX_CHECK_OP(op, a, b)                                                    \
+  do {                                                                               \
+    const auto& isolux_a = (a);                                                      \
+    const auto& isolux_b = (b);                                                      \
+    if (!(isolux_a op isolux_b)) [[unlikely]]                                        \
+      ::isolux::internal::CheckFailed(                                               \
+          __FILE__, __LINE__,                                                        \
           fmt::format("{} " #op " {} ({} against {})", #a, #b, isolux_a, isolux_b)); \
   } while (false)
 

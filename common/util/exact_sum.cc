@@ -63,9 +63,9 @@ double ExactSum::Value() const {
   for (int i = 0; i < 4; ++i) {
     head = (head << 32) | static_cast<uint64_t>(top - i >= 0 ? sum.limbs_[top - i] : 0);
   }
-  const auto leading = static_cast<int>((head >> 64) != 0
-                                            ? std::countl_zero(static_cast<uint64_t>(head >> 64))
-                                            : 64 + std::countl_zero(static_cast<uint64_t>(head)));
+  const auto leading =
+      static_cast<int>((head >> 64) != 0 ? std::countl_zero(static_cast<uint64_t>(head >> 64))
+                                         : 64 + std::countl_zero(static_cast<uint64_t>(head)));
   // The top limb is not zero, so at least 97 bits stand in head: 55 are kept, the last one sticky.
   const int drop = 128 - leading - 55;
   auto mantissa = static_cast<uint64_t>(head >> drop);

@@ -1,6 +1,7 @@
 // A sum of doubles that does not depend on the order of its terms: a fixed-point number wide enough
-// for every finite double, kept as signed 64-bit limbs of 32 bits each (Kulisch's long accumulator).
-// Adding, and adding two sums, is integer addition, hence associative; only Value() rounds, once.
+// for every finite double, kept as signed 64-bit limbs of 32 bits each (Kulisch's long
+// accumulator). Adding, and adding two sums, is integer addition, hence associative; only Value()
+// rounds, once.
 #pragma once
 
 #include <array>
@@ -19,8 +20,8 @@ class ExactSum {
   // The exact sum, rounded to nearest.
   double Value() const;
 
-  // Wire form: index of the first limb that is not zero, then the limbs up to the last, normalised so
-  // that equal sums have equal words whatever the order of their terms.
+  // Wire form: index of the first limb that is not zero, then the limbs up to the last, normalised
+  // so that equal sums have equal words whatever the order of their terms.
   std::vector<int64_t> ToWords() const;
   // False when the words cannot be a sum (wrong length or range).
   [[nodiscard]] static bool FromWords(std::span<const int64_t> words, ExactSum* sum);

@@ -77,7 +77,7 @@ void ThreadPool::Work(int thread) {
     lock.lock();
   }
   --busy_;
-  cpu_seconds_ += ThreadCpuSeconds() - start;
+  if (thread != 0) cpu_seconds_ += ThreadCpuSeconds() - start;
   if (busy_ == 0) done_.notify_all();
 }
 

@@ -1,8 +1,8 @@
 // A fixed set of threads and one loop over them. Results must not depend on which thread ran what:
 // callers write to their own slots, or sum exact integers.
 //
-// Plain std::thread and mutexes rather than TBB: the loops here are coarse, and the thread sanitizer
-// sees through every synchronisation.
+// Plain std::thread and mutexes rather than TBB: the loops here are coarse, and the thread
+// sanitizer sees through every synchronisation.
 #pragma once
 
 #include <condition_variable>
@@ -29,7 +29,7 @@ class ThreadPool {
   // a time: not to be called from within a body.
   void For(size_t count, size_t grain, const std::function<void(size_t, size_t, int)>& body);
 
-  // CPU seconds spent inside loops so far, over all threads.
+  // CPU seconds that the threads besides the caller's have spent inside loops so far.
   double CpuSeconds() const;
 
  private:

@@ -1,5 +1,5 @@
-// Counter-based random numbers: a sample is a function of what it is for (node ids, index), never of
-// the thread or worker that draws it or of how many were drawn before.
+// Counter-based random numbers: a sample is a function of what it is for (node ids, index), never
+// of the thread or worker that draws it or of how many were drawn before.
 #pragma once
 
 #include <cstdint>

@@ -85,17 +85,16 @@ struct Failure {
 #define ISOLUX_CONCAT(a, b) ISOLUX_CONCAT_INNER(a, b)
 
 // Leaves the function with the error of `expr` (a Status or Result) unless it succeeded.
-#define RETURN_IF_ERROR(expr)                                                      \
-  do {                                                                             \
+#define RETURN_IF_ERROR(expr)                                                         \
+  do {                                                                                \
     if (auto isolux_status = ::isolux::internal::ToStatus(expr); !isolux_status.ok()) \
-      return ::isolux::internal::Failure{std::move(isolux_status)};                \
+      return ::isolux::internal::Failure{std::move(isolux_status)};                   \
   } while (false)
 
 // ASSIGN_OR_RETURN(auto x, F()): x is the value, or the function returns the error.
 #define ASSIGN_OR_RETURN(lhs, expr) \
   ASSIGN_OR_RETURN_IMPL(ISOLUX_CONCAT(isolux_result_, __LINE__), lhs, expr)
-#define ASSIGN_OR_RETURN_IMPL(result, lhs, expr)                       \
-  auto result = (expr);                                                \
-  if (!result.has_value())                                             \
-    return ::isolux::internal::Failure{std::move(result.error())};     \
+#define ASSIGN_OR_RETURN_IMPL(result, lhs, expr)                                          \
+  auto result = (expr);                                                                   \
+  if (!result.has_value()) return ::isolux::internal::Failure{std::move(result.error())}; \
   lhs = std::move(*result)

@@ -1,0 +1,125 @@
+#include "worker/radiosity/error_estimate.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace isolux {
+namespace {
+
+// Mean of |x| over the root mean square of x, for a normal x.
+constexpr double kMeanOfAbsolute = 0.8;
+// Share of a link's visibility error that rays at the output points leave (NUMERICS 12.1).
+constexpr double kVisibilityAfterGather = 0.5;
+// Calibrated on rooms with known solutions: tests/bench, "estimate".
+constexpr double kCalibration = 1.0;
+
+// Squares of amplitudes in units of the mean irradiance, as integers: amplitudes from 1e-4 to 4,096
+// of it.
+constexpr double kSquareScale = 0x1p26, kLargestAmplitude = 4096;
+
+double SumOf(const Lanes& v) { return v[0] + v[1] + v[2]; }
+
+double Square(double amplitude) {
+  const double a = std::min(amplitude, kLargestAmplitude);
+  return a * a * kSquareScale;
+}
+
+}  // namespace
+
+Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const LeafSystem& leaves,
+                                    std::span<const Lanes> irradiance, const SolverResult& solved,
+                                    Exchange& exchange) {
+  const size_t n = leaves.size();
+  std::vector<Lanes> radiosity(n);
+  Reduction power;
+  power.sums.resize(4);  // of H A, of lit area, of lit A (1 − ρ̄), of E A
+  for (size_t i = 0; i < n; ++i) {
+    radiosity[i] =
+        Lanes{SumOf(leaves.exitance[i] + leaves.reflectance[i] * irradiance[i]), 0, 0, 0};
+    const double area = leaves.area_m2[i];
+    const double arriving = SumOf(irradiance[i]);
+    power.sums[3].Add(area * SumOf(leaves.exitance[i]));
+    if (!(arriving > 0)) continue;
+    power.sums[0].Add(area * arriving);
+    power.sums[1].Add(area);
+    power.sums[2].Add(area * (1 - SumOf(leaves.reflectance[i]) / 3));
+  }
+  ASSIGN_OR_RETURN(const Reduction totals, exchange.Reduce(std::move(power)));
+  ErrorEstimate estimate;
+  estimate.leaves.resize(n);
+  const double arriving = totals.sums[0].Value();
+  const double lit_area = totals.sums[1].Value();
+  if (!(arriving > 0)) return estimate;
+  const double unit = arriving / lit_area;
+
+  std::vector<IntLanes> sums(n);
+  using Inherit = Product::Inherit;
+  RETURN_IF_ERROR(product.Sums(
+      radiosity, 1, {Inherit::kHalf, Inherit::kWhole, Inherit::kWhole, Inherit::kWhole},
+      [&](const Link& link, const Lanes& xp, const Lanes& xq, Lanes& to_p, Lanes& to_q) {
+        NodeValues p = tree.values(link.p), q = tree.values(link.q);
+        p.radiosity = static_cast<float>(xp[0]);
+        q.radiosity = static_cast<float>(xq[0]);
+        const LinkError error = ErrorOf(tree, link, p, q);
+        const bool cluster = tree.is_cluster(link.p) || tree.is_cluster(link.q);
+        const double share = cluster ? 0.0 : std::max(link.visibility(), 0.1) / unit;
+        const double at_p = 1 / (tree.area_m2(link.p) * unit);
+        const double at_q = 1 / (tree.area_m2(link.q) * unit);
+        to_p =
+            Lanes{Square(q.radiosity * link.variation_p * share), Square(error.spread_p_w * at_p),
+                  Square(error.visibility_p_w * at_p), Square(error.coupling_p_w * at_p)};
+        to_q =
+            Lanes{Square(p.radiosity * link.variation_q * share), Square(error.spread_q_w * at_q),
+                  Square(error.visibility_q_w * at_q), Square(error.coupling_q_w * at_q)};
+      },
+      sums));
+
+  // Local errors, and how much ambient light they make or lose.
+  struct Local {
+    double spread, visibility, coupling, total;
+  };
+  std::vector<Local> local(n);
+  Reduction parts;
+  parts.sums.resize(4);  // of A |ΔH| by cause, and of (A ρ ΔH)²
+  for (size_t i = 0; i < n; ++i) {
+    const auto amplitude = [&](int lane) {
+      return unit * std::sqrt(static_cast<double>(sums[i][lane]) / kSquareScale);
+    };
+    estimate.leaves[i].spread = amplitude(0);
+    Local& l = local[i];
+    l.spread = amplitude(1);
+    l.visibility = kVisibilityAfterGather * amplitude(2);
+    l.coupling = amplitude(3);
+    l.total =
+        std::sqrt(l.spread * l.spread + l.visibility * l.visibility + l.coupling * l.coupling);
+    const double area = leaves.area_m2[i];
+    parts.sums[0].Add(area * l.spread);
+    parts.sums[1].Add(area * l.visibility);
+    parts.sums[2].Add(area * l.coupling);
+    const double reflected = area * SumOf(leaves.reflectance[i]) / 3 * l.total;
+    parts.sums[3].Add(reflected * reflected);
+  }
+  ASSIGN_OR_RETURN(const Reduction by_cause, exchange.Reduce(std::move(parts)));
+  const double absorbing = std::max(totals.sums[2].Value(), 1e-6 * lit_area);
+  const double ambient = std::sqrt(by_cause.sums[3].Value()) / absorbing;
+
+  Reduction whole;
+  whole.sums.resize(1);
+  for (size_t i = 0; i < n; ++i) {
+    const double rms = std::sqrt(local[i].total * local[i].total + ambient * ambient);
+    estimate.leaves[i].error =
+        SumOf(irradiance[i]) > 0 ? kCalibration * kMeanOfAbsolute * rms : 0.0;
+    whole.sums[0].Add(leaves.area_m2[i] * estimate.leaves[i].error);
+  }
+  ASSIGN_OR_RETURN(const Reduction total, exchange.Reduce(std::move(whole)));
+  const double factor = kCalibration * kMeanOfAbsolute / arriving;
+  estimate.spread = factor * by_cause.sums[0].Value();
+  estimate.visibility = factor * by_cause.sums[1].Value();
+  estimate.coupling = factor * by_cause.sums[2].Value();
+  estimate.solver = solved.residual * totals.sums[3].Value() /
+                    (arriving * std::max(1e-6, 1 - solved.largest_eigenvalue));
+  estimate.total = total.sums[0].Value() / arriving + estimate.solver;
+  return estimate;
+}
+
+}  // namespace isolux

@@ -1,0 +1,29 @@
+// How wrong the gathered irradiance is, and why: for each link the error it leaves at either end
+// once irradiance is gathered point by point (the variation over the receiver is then gone), summed
+// as independent over the links of a leaf and of all above it, plus what these errors do to the
+// ambient light of the scene (NUMERICS: "local + ambient").
+#pragma once
+
+#include <vector>
+
+#include "worker/radiosity/solver.h"
+
+namespace isolux {
+
+struct LeafError {
+  double spread = 0;  // range of irradiance over the leaf, W/m², summed over channels
+  double error = 0;   // expected absolute error of irradiance, W/m², summed over channels
+};
+
+struct ErrorEstimate {
+  std::vector<LeafError> leaves;  // own
+  // Σ A |ΔH| / Σ A H over all leaves of all workers, and its parts.
+  double total = 0, spread = 0, visibility = 0, coupling = 0, solver = 0;
+};
+
+// One product. `irradiance`: H of own leaves.
+Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const LeafSystem& leaves,
+                                    std::span<const Lanes> irradiance, const SolverResult& solved,
+                                    Exchange& exchange);
+
+}  // namespace isolux

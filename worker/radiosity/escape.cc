@@ -1,0 +1,143 @@
+#include "worker/radiosity/escape.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "common/util/random.h"
+#include "worker/radiosity/visibility.h"
+
+namespace isolux {
+namespace {
+
+constexpr double kScoutRays = 65536;  // over the whole scene, in proportion to area
+constexpr double kClosedRays = 15;    // times 1/(a (1 − ρ̄)): see the header
+
+// A packet of cosine-distributed rays from points of a polygon.
+std::array<Escape, RayScene::kPacket> CosineRays(const ConvexPolygon& polygon, uint32_t source,
+                                                 Random& random) {
+  const Vec3 n = polygon.Normal();
+  const Vec3 helper = std::abs(n.x) < 0.5 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+  const Vec3 s = glm::normalize(glm::cross(n, helper));
+  const Vec3 t = glm::cross(n, s);
+  std::array<Escape, RayScene::kPacket> rays;
+  for (Escape& ray : rays) {
+    // A uniform point of the unit disk, raised to the hemisphere (Malley); by rejection, since the
+    // C library's sine differs between machines.
+    double x = 0, y = 0;
+    do {
+      x = 2 * random.Unit() - 1;
+      y = 2 * random.Unit() - 1;
+    } while (x * x + y * y >= 1);
+    const double height = std::sqrt(std::max(1e-12, 1 - x * x - y * y));
+    const double u = random.Unit();
+    ray = {SamplePolygon(polygon, u, random.Unit()), x * s + y * t + height * n, source};
+  }
+  return rays;
+}
+
+uint8_t SideFlag(Side side) {
+  return side == Side::kFront ? kFrontTakesPart | kFrontEmits : kBackTakesPart | kBackEmits;
+}
+
+bool TakesPart(const Scene& scene, const RayHit& hit) {
+  return hit.polygon != RayHit::kNothing &&
+         (scene.polygons[hit.polygon].sides & SideFlag(hit.side)) != 0;
+}
+
+// Disjoint sets with path halving.
+class Components {
+ public:
+  explicit Components(size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), 0U);
+  }
+  uint32_t Find(uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void Join(uint32_t a, uint32_t b) {
+    a = Find(a);
+    b = Find(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<uint32_t> parent_;
+};
+
+struct Scouted {
+  uint32_t rays = 0;
+  uint32_t escaped = 0;
+  std::vector<uint32_t> met;  // surfaces
+};
+
+}  // namespace
+
+std::vector<uint8_t> FindClosedSurfaces(const Hierarchy& hierarchy, const RayScene& rays,
+                                        double accuracy, uint64_t seed, ThreadPool& pool) {
+  const Scene& scene = hierarchy.scene();
+  const auto surfaces = hierarchy.surfaces();
+  const double total_area = hierarchy.clusters()[0].area_m2;
+  std::vector<std::array<uint32_t, 2>> surface_of(scene.polygons.size());
+  for (uint32_t s = 0; s < surfaces.size(); ++s) {
+    surface_of[surfaces[s].polygon][static_cast<int>(surfaces[s].side)] = s;
+  }
+  std::vector<Scouted> scouted(surfaces.size());
+  pool.For(surfaces.size(), 64, [&](size_t begin, size_t end, int) {
+    for (size_t s = begin; s < end; ++s) {
+      const double share = hierarchy.surface_area_m2(s) / total_area;
+      const int packets = std::clamp(static_cast<int>(kScoutRays / 8 * share), 1, 2048);
+      Random random(Hash(seed, 0x5c0u, s));
+      for (int k = 0; k < packets; ++k) {
+        const auto escapes = CosineRays(hierarchy.geometry(s), surfaces[s].polygon, random);
+        for (const RayHit& hit : rays.Trace(escapes, RayScene::kPacket)) {
+          ++scouted[s].rays;
+          if (TakesPart(scene, hit)) {
+            scouted[s].met.push_back(surface_of[hit.polygon][static_cast<int>(hit.side)]);
+          } else {
+            ++scouted[s].escaped;
+          }
+        }
+      }
+    }
+  });
+  Components components(surfaces.size());
+  for (uint32_t s = 0; s < surfaces.size(); ++s) {
+    for (const uint32_t met : scouted[s].met) components.Join(s, met);
+  }
+  struct Pool {
+    uint64_t rays = 0, escaped = 0;
+    double area = 0, reflecting = 0;
+  };
+  std::vector<Pool> pools(surfaces.size());
+  for (uint32_t s = 0; s < surfaces.size(); ++s) {
+    Pool& p = pools[components.Find(s)];
+    const Rgb& rho = surfaces[s].reflectance;
+    p.rays += scouted[s].rays;
+    p.escaped += scouted[s].escaped;
+    p.area += hierarchy.surface_area_m2(s);
+    p.reflecting += hierarchy.surface_area_m2(s) * std::max({rho.x, rho.y, rho.z});
+  }
+  std::vector<uint8_t> closed(surfaces.size(), 0);
+  for (uint32_t s = 0; s < surfaces.size(); ++s) {
+    const Pool& p = pools[components.Find(s)];
+    const double absorbed = std::max(1e-6, 1 - p.reflecting / p.area);
+    closed[s] = p.escaped == 0 && static_cast<double>(p.rays) * accuracy * absorbed >= kClosedRays;
+  }
+  return closed;
+}
+
+double EscapeShare(const Hierarchy& hierarchy, const RayScene& rays, const NodeId& id,
+                   const ConvexPolygon& polygon, uint64_t seed) {
+  Random random(Hash(seed, 0xe5c0u, Hash(id.surface, id.path)));
+  int escaped = 0;
+  for (int k = 0; k < kEscapePackets; ++k) {
+    const auto escapes = CosineRays(polygon, hierarchy.surfaces()[id.surface].polygon, random);
+    for (const RayHit& hit : rays.Trace(escapes, RayScene::kPacket)) {
+      if (!TakesPart(hierarchy.scene(), hit)) ++escaped;
+    }
+  }
+  return escaped / (8.0 * kEscapePackets);
+}
+
+}  // namespace isolux

@@ -1,0 +1,46 @@
+// A link couples two nodes, in both directions by one number, so the matrix is symmetric to the
+// last bit. 24 bytes: what the product needs, and what judging the link again in a later round
+// needs.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace isolux {
+
+struct Link {
+  static constexpr uint8_t kProved = 255;  // visible_rays of a link known to be free of obstacles
+  static constexpr int kRays = 8;          // a link is sampled by one packet
+
+  uint32_t p = 0, q = 0;    // indices into the tree; the id of p is less than that of q
+  float unoccluded_m2 = 0;  // C_pq as if nothing stood between
+  float variation_p = 0;  // range of F(x→q) over p; of a cluster's link: the upper bound of C, m²
+  float variation_q = 0;       // range of F(y→p) over q; of a cluster's link: 0
+  uint16_t visible_share = 0;  // of the unoccluded coupling, in 1/65535
+  uint8_t visible_rays = 0;    // of kRays, or kProved
+  uint8_t error_code = 0;      // error of unoccluded_m2 is unoccluded_m2 · (error_code/255)²
+
+  double visibility() const { return visible_share * (1.0 / 65535.0); }
+  double coupling_m2() const { return static_cast<double>(unoccluded_m2) * visibility(); }
+  double coupling_error_m2() const {
+    const double root = error_code * (1.0 / 255.0);
+    return unoccluded_m2 * root * root;
+  }
+  // Standard deviation of what one ray through this link sees, with the uncertainty of eight rays
+  // that agree: √(v(1−v)), v = (k+1)/(n+2).
+  double visibility_deviation() const {
+    if (visible_rays == kProved) return 0;
+    const double v = (visible_rays + 1.0) / (kRays + 2.0);
+    return std::sqrt(v * (1 - v));
+  }
+};
+static_assert(sizeof(Link) == 24);
+
+// Rounded up. Only operations that every processor rounds alike.
+inline uint8_t EncodeCouplingError(double error_m2, double coupling_m2) {
+  if (!(error_m2 > 0) || !(coupling_m2 > 0)) return 0;
+  return static_cast<uint8_t>(std::ceil(255 * std::sqrt(std::min(1.0, error_m2 / coupling_m2))));
+}
+
+}  // namespace isolux

@@ -1,0 +1,362 @@
+#include "worker/radiosity/refine.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "worker/radiosity/coupling.h"
+
+namespace isolux {
+namespace {
+
+// Weights of the oracle's terms, found by error at equal numbers of links: docs/design.md,
+// "Oracle".
+constexpr double kSpreadWeight = 1.5;
+constexpr double kCovarianceWeight = 3.0;
+// The end whose own spread exceeds this share of its radiosity is split for better visibility.
+constexpr double kSpreadShare = 0.15;
+// Elements smaller than this share of the scene are at the resolution of ray casting in float.
+constexpr double kSmallestElement = 1e-6;
+// Deviation of visibility when all rays agree: nothing sampled can have less.
+constexpr double kSmallestDeviation = 0.3;
+
+// A pair still to be evaluated.
+struct Pair {
+  uint32_t p, q;
+};
+
+// Upper bound of the coupling of two nodes of which one is a cluster; 0 where they cannot meet.
+double ClusterBound(const Tree& tree, uint32_t p, uint32_t q) {
+  const double smaller = std::min(tree.area_m2(p), tree.area_m2(q));
+  if (p == q) return smaller;
+  const auto bounds_of = [&](uint32_t node) {
+    if (tree.is_cluster(node)) return tree.cluster(node).bounds;
+    Bounds3 bounds;
+    const ConvexPolygon& polygon = tree.polygon(node);
+    for (int i = 0; i < polygon.count; ++i) bounds.Add(polygon.v[i]);
+    return bounds;
+  };
+  const Bounds3 bounds_p = bounds_of(p);
+  const Bounds3 bounds_q = bounds_of(q);
+  for (int end = 0; end < 2; ++end) {
+    const uint32_t element = end == 0 ? p : q;
+    if (tree.is_cluster(element)) continue;
+    // Everything of the other behind the element's plane?
+    const Bounds3& other = end == 0 ? bounds_q : bounds_p;
+    const Vec3 n = tree.normal(element);
+    const Vec3 farthest(n.x > 0 ? other.high.x : other.low.x, n.y > 0 ? other.high.y : other.low.y,
+                        n.z > 0 ? other.high.z : other.low.z);
+    if (glm::dot(n, farthest - tree.polygon(element).v[0]) <= 0) return 0;
+  }
+  const double distance = Distance(bounds_p, bounds_q);
+  if (distance <= 0) return smaller;
+  return std::min(smaller,
+                  tree.area_m2(p) * tree.area_m2(q) / (std::numbers::pi * distance * distance));
+}
+
+// Coupling of clusters as volumes without preferred direction: the mean projected area of what is
+// seen from one side is a quarter of the area (Cauchy).
+double ClusterCoupling(const Tree& tree, uint32_t p, uint32_t q) {
+  const auto centre_of = [&](uint32_t node) {
+    return tree.is_cluster(node) ? tree.cluster(node).bounds.Centre()
+                                 : tree.polygon(node).Centroid();
+  };
+  const Vec3 d = centre_of(q) - centre_of(p);
+  const double distance = glm::length(d);
+  if (!(distance > 0)) return 0;
+  const auto projected = [&](uint32_t node, double sign) {
+    const double area = tree.area_m2(node);
+    return tree.is_cluster(node)
+               ? 0.25 * area
+               : area * std::max(0.0, sign * glm::dot(tree.normal(node), d) / distance);
+  };
+  return projected(p, 1) * projected(q, -1) / (std::numbers::pi * distance * distance);
+}
+
+double SizeOf(const Tree& tree, uint32_t node) {
+  if (tree.is_cluster(node)) return tree.cluster(node).bounds.Diagonal();
+  const ConvexPolygon& polygon = tree.polygon(node);
+  const double one = glm::length(polygon.v[2] - polygon.v[0]);
+  return polygon.count == 3 ? std::max({one, glm::length(polygon.v[1] - polygon.v[0]),
+                                        glm::length(polygon.v[2] - polygon.v[1])})
+                            : std::max(one, glm::length(polygon.v[3] - polygon.v[1]));
+}
+
+class Evaluator {
+ public:
+  Evaluator(double epsilon_w, const RefineScene& scene, const Tree& tree)
+      : epsilon_w_(epsilon_w),
+        scene_(scene),
+        tree_(tree),
+        smallest_m_(kSmallestElement * tree.hierarchy().extent_m()) {}
+
+  // Makes the link of a pair and judges it. The link is meaningful only where the verdict is keep.
+  Verdict Evaluate(const Pair& pair, Link& link, uint8_t& rays) const {
+    link = Link();
+    rays = 0;
+    link.p = pair.p;
+    link.q = pair.q;
+    if (tree_.is_cluster(pair.p) || tree_.is_cluster(pair.q)) return EvaluateCluster(link, rays);
+    return EvaluateElements(link, rays);
+  }
+
+  // Judges a link that exists, by the values of now.
+  Verdict Judge(const Link& link) const {
+    const LinkError error = ErrorOf(tree_, link, tree_.values(link.p), tree_.values(link.q));
+    if (error.total_w <= epsilon_w_) return Verdict::kKeep;
+    return Possible(link, error.split);
+  }
+
+ private:
+  Verdict EvaluateCluster(Link& link, uint8_t& rays) const {
+    const double bound = ClusterBound(tree_, link.p, link.q);
+    if (bound <= 0) return Verdict::kDrop;
+    link.variation_p = static_cast<float>(bound);
+    if (const Verdict verdict = Judge(link); verdict != Verdict::kKeep) return verdict;
+    link.unoccluded_m2 =
+        static_cast<float>(std::min(bound, ClusterCoupling(tree_, link.p, link.q)));
+    if (link.unoccluded_m2 > 0) Sample(link, rays);
+    return Verdict::kKeep;
+  }
+
+  Verdict EvaluateElements(Link& link, uint8_t& rays) const {
+    const Hierarchy& hierarchy = tree_.hierarchy();
+    if (hierarchy.plane_of(tree_.surface_of(link.p).polygon) ==
+        hierarchy.plane_of(tree_.surface_of(link.q).polygon)) {
+      return Verdict::kDrop;
+    }
+    const CouplingEnd p = MakeCouplingEnd(tree_.polygon(link.p));
+    const CouplingEnd q = MakeCouplingEnd(tree_.polygon(link.q));
+    const PolygonCoupling coupling = Couple(p, q);
+    if (!(coupling.coupling_m2 > 0)) return Verdict::kDrop;
+    link.unoccluded_m2 = static_cast<float>(coupling.coupling_m2);
+    link.variation_p = static_cast<float>(coupling.variation_p);
+    link.variation_q = static_cast<float>(coupling.variation_q);
+    link.error_code = EncodeCouplingError(coupling.error_m2, coupling.coupling_m2);
+    link.visible_share = 65535;
+    if (hierarchy.convex()) {
+      link.visible_rays = Link::kProved;
+      return Judge(link);
+    }
+    // Whatever the rays would say, such a link is too uncertain: split it without.
+    const double brighter =
+        std::max(tree_.values(link.p).radiosity, tree_.values(link.q).radiosity);
+    if (kSmallestDeviation * coupling.coupling_m2 * brighter > epsilon_w_) {
+      link.visible_rays = Link::kRays;
+      if (const Verdict verdict = Judge(link); verdict != Verdict::kKeep) return verdict;
+    }
+    Sample(link, rays);
+    return Judge(link);
+  }
+
+  void Sample(Link& link, uint8_t& rays) const {
+    const SampledVisibility sampled =
+        SampleVisibility(tree_, *scene_.sampler, *scene_.rays, link.p, link.q, scene_.seed);
+    rays = static_cast<uint8_t>(sampled.traced);
+    link.visible_share = static_cast<uint16_t>(std::lround(sampled.share * 65535));
+    link.visible_rays = static_cast<uint8_t>(sampled.visible);
+  }
+
+  // The split asked for, or that of the other end, or none: what the numbers can still resolve.
+  Verdict Possible(const Link& link, Verdict wanted) const {
+    const auto divisible = [&](uint32_t node) {
+      return tree_.is_cluster(node) ||
+             (tree_.node(node).id.level() < kMaxLevel && SizeOf(tree_, node) > smallest_m_);
+    };
+    const bool first = wanted == Verdict::kSplitP;
+    if (divisible(first ? link.p : link.q)) return wanted;
+    if (divisible(first ? link.q : link.p)) return first ? Verdict::kSplitQ : Verdict::kSplitP;
+    return Verdict::kKeep;
+  }
+
+  double epsilon_w_;
+  const RefineScene& scene_;
+  const Tree& tree_;
+  double smallest_m_;
+};
+
+// Wave after wave: evaluates pairs in parallel, then divides nodes and makes the next pairs alone.
+class Wavefront {
+ public:
+  Wavefront(double epsilon_w, const RefineScene& scene, Tree& tree, Placement& placement,
+            ThreadPool& pool, LinkSet& links, RefineCounters& counters)
+      : evaluator_(epsilon_w, scene, tree),
+        tree_(tree),
+        placement_(placement),
+        pool_(pool),
+        links_(links),
+        counters_(counters) {}
+
+  void Start() {
+    if (links_.own.empty() && links_.crown.empty()) {
+      frontier_.push_back({0, 0});
+      return;
+    }
+    Rejudge(links_.own);
+    Rejudge(links_.crown);
+  }
+
+  bool Done() const { return frontier_.empty(); }
+
+  // One wave, or a part of it where it is long.
+  void Step() {
+    constexpr size_t kMost = 1 << 18;
+    std::vector<Pair> wave;
+    if (frontier_.size() <= kMost) {
+      wave.swap(frontier_);
+    } else {
+      wave.assign(frontier_.end() - kMost, frontier_.end());
+      frontier_.resize(frontier_.size() - kMost);
+    }
+    result_.resize(wave.size());
+    verdict_.resize(wave.size());
+    rays_.resize(wave.size());
+    pool_.For(wave.size(), 128, [&](size_t begin, size_t end, int) {
+      for (size_t i = begin; i < end; ++i) {
+        verdict_[i] = evaluator_.Evaluate(wave[i], result_[i], rays_[i]);
+      }
+    });
+    for (size_t i = 0; i < wave.size(); ++i) {
+      Count(wave[i], rays_[i]);
+      if (verdict_[i] == Verdict::kKeep) {
+        (placement_.IsCrownLink(wave[i].p, wave[i].q) ? links_.crown : links_.own)
+            .push_back(result_[i]);
+      } else if (verdict_[i] != Verdict::kDrop) {
+        Expand(wave[i], verdict_[i]);
+      }
+    }
+  }
+
+ private:
+  // Work that every worker repeats is counted by one.
+  void Count(const Pair& pair, uint8_t rays) {
+    const uint32_t owner = placement_.OwnerCut(pair.p, pair.q);
+    if (placement_.assignment().home[owner] != placement_.self()) return;
+    ++counters_.evaluations;
+    ++counters_.evaluations_of_cut[owner];
+    counters_.rays += rays;
+  }
+
+  // Takes out of `links` those that need splitting.
+  void Rejudge(std::vector<Link>& links) {
+    verdict_.resize(links.size());
+    pool_.For(links.size(), 4096, [&](size_t begin, size_t end, int) {
+      for (size_t i = begin; i < end; ++i) verdict_[i] = evaluator_.Judge(links[i]);
+    });
+    size_t kept = 0;
+    for (size_t i = 0; i < links.size(); ++i) {
+      if (verdict_[i] == Verdict::kKeep) {
+        links[kept++] = links[i];
+      } else {
+        Expand({links[i].p, links[i].q}, verdict_[i]);
+      }
+    }
+    links.resize(kept);
+  }
+
+  void Expand(const Pair& pair, Verdict verdict) {
+    const uint32_t split = verdict == Verdict::kSplitP ? pair.p : pair.q;
+    const uint32_t other = verdict == Verdict::kSplitP ? pair.q : pair.p;
+    if (!tree_.is_cluster(split)) {
+      tree_.MakeChildren(split);
+      placement_.Extend(tree_);
+    }
+    tree_.ForEachChild(split, [&](uint32_t child) {
+      if (pair.p != pair.q) return Add(child, other);
+      // A node with itself: each pair of children once.
+      tree_.ForEachChild(split, [&](uint32_t sibling) {
+        if (!(tree_.node(sibling).id < tree_.node(child).id)) Add(child, sibling);
+      });
+    });
+  }
+
+  void Add(uint32_t a, uint32_t b) {
+    if (a == b && !tree_.is_cluster(a)) return;  // a plane does not see itself
+    const bool ordered = tree_.node(a).id < tree_.node(b).id;
+    const Pair pair = ordered ? Pair{a, b} : Pair{b, a};
+    if (!placement_.IsCrownLink(a, b) && placement_.HomeOfLink(a, b) != placement_.self()) return;
+    frontier_.push_back(pair);
+  }
+
+  Evaluator evaluator_;
+  Tree& tree_;
+  Placement& placement_;
+  ThreadPool& pool_;
+  LinkSet& links_;
+  RefineCounters& counters_;
+  std::vector<Pair> frontier_;
+  std::vector<Link> result_;
+  std::vector<Verdict> verdict_;
+  std::vector<uint8_t> rays_;
+};
+
+}  // namespace
+
+LinkError ErrorOf(const Tree& tree, const Link& link, const NodeValues& p, const NodeValues& q) {
+  LinkError error;
+  if (tree.is_cluster(link.p) || tree.is_cluster(link.q)) {
+    // All that could be exchanged is in doubt.
+    error.coupling_p_w = link.variation_p * static_cast<double>(q.radiosity);
+    error.coupling_q_w = link.variation_p * static_cast<double>(p.radiosity);
+    error.total_w = std::max(error.coupling_p_w, error.coupling_q_w);
+    error.split =
+        SizeOf(tree, link.p) >= SizeOf(tree, link.q) ? Verdict::kSplitP : Verdict::kSplitQ;
+    return error;
+  }
+  const double deviation = link.visibility_deviation();
+  const double share =
+      link.visible_rays == Link::kProved
+          ? 1.0
+          : std::max(link.visibility(), (link.visible_rays + 1.0) / (Link::kRays + 2.0));
+  const double unoccluded = link.unoccluded_m2;
+  const double flux_p = tree.area_m2(link.p) * link.variation_p * share;  // A ΔF V, m²
+  const double flux_q = tree.area_m2(link.q) * link.variation_q * share;
+
+  const double receiver_p = q.radiosity * flux_p;
+  const double receiver_q = p.radiosity * flux_q;
+  error.spread_p_w = kSpreadWeight * q.spread * flux_q;
+  error.spread_q_w = kSpreadWeight * p.spread * flux_p;
+  const double covariance_p = kCovarianceWeight * unoccluded * deviation * q.deviation;
+  const double covariance_q = kCovarianceWeight * unoccluded * deviation * p.deviation;
+  const double sampling_p = unoccluded * deviation * q.radiosity;
+  const double sampling_q = unoccluded * deviation * p.radiosity;
+  error.visibility_p_w = sampling_p + covariance_p;
+  error.visibility_q_w = sampling_q + covariance_q;
+  error.coupling_p_w = link.coupling_error_m2() * q.radiosity;
+  error.coupling_q_w = link.coupling_error_m2() * p.radiosity;
+  error.total_w =
+      std::max(receiver_p + error.spread_p_w + error.visibility_p_w + error.coupling_p_w,
+               receiver_q + error.spread_q_w + error.visibility_q_w + error.coupling_q_w);
+
+  // The largest term decides which end to split. Better visibility: the end that varies, else the
+  // larger one.
+  const double for_p = std::max({receiver_p, error.spread_q_w, covariance_q});
+  const double for_q = std::max({receiver_q, error.spread_p_w, covariance_p});
+  const double for_visibility =
+      std::max(sampling_p, sampling_q) + std::max(error.coupling_p_w, error.coupling_q_w);
+  if (for_visibility > std::max(for_p, for_q)) {
+    const bool p_varies = p.spread > kSpreadShare * p.radiosity;
+    const bool q_varies = q.spread > kSpreadShare * q.radiosity;
+    const bool p_larger = tree.area_m2(link.p) >= tree.area_m2(link.q);
+    error.split =
+        (p_varies != q_varies ? p_varies : p_larger) ? Verdict::kSplitP : Verdict::kSplitQ;
+  } else {
+    error.split = for_p >= for_q ? Verdict::kSplitP : Verdict::kSplitQ;
+  }
+  return error;
+}
+
+Status Refine(double epsilon_w, const RefineScene& scene, Tree& tree, Placement& placement,
+              ThreadPool& pool, LinkSet& links, RefineCounters& counters,
+              const std::function<bool()>& cancelled) {
+  counters.evaluations_of_cut.resize(placement.cut_size(), 0);
+  Wavefront wavefront(epsilon_w, scene, tree, placement, pool, links, counters);
+  wavefront.Start();
+  while (!wavefront.Done()) {
+    if (cancelled && cancelled()) return {StatusCode::kCancelled, "refinement was cancelled"};
+    wavefront.Step();
+  }
+  return {};
+}
+
+}  // namespace isolux

@@ -1,0 +1,66 @@
+// Refinement: the oracle that judges a link, and the wavefront that replaces links by finer ones
+// until none has an error above ε.
+//
+// A link is judged by its own geometry and by the values its ends had at the start of the round, as
+// the tree holds them; so the links after a round do not depend on who refined them in what order.
+//
+// The oracle (Hanrahan et al. 1991; Lischinski et al. 1994, two-sided): error of incident power, W,
+//   e(p←q) = B_q (A_p ΔF_p + ΔC + C σ_V) + 3/2 s_q A_q ΔF_q + 3 C σ_V σ_q
+// ΔF_p: variation of F(x→q) over p; s_q, σ_q: range and deviation of B over q; σ_V: deviation of
+// visibility. Receivers count whether or not they reflect.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "common/util/parallel.h"
+#include "common/util/status.h"
+#include "worker/radiosity/link.h"
+#include "worker/radiosity/placement.h"
+#include "worker/radiosity/ray_scene.h"
+#include "worker/radiosity/tree.h"
+#include "worker/radiosity/visibility.h"
+
+namespace isolux {
+
+// What to do with a link.
+enum class Verdict : uint8_t { kKeep, kDrop, kSplitP, kSplitQ };
+
+// The terms of a link's error that remain when irradiance is gathered point by point, and the
+// whole.
+struct LinkError {
+  double total_w = 0;                             // larger of the two directions
+  double spread_p_w = 0, spread_q_w = 0;          // source variation, in power at p and at q
+  double visibility_p_w = 0, visibility_q_w = 0;  // with the covariance of visibility and source
+  double coupling_p_w = 0, coupling_q_w = 0;
+  Verdict split = Verdict::kSplitP;  // what the largest term asks for
+};
+LinkError ErrorOf(const Tree& tree, const Link& link, const NodeValues& p, const NodeValues& q);
+
+struct RefineCounters {
+  uint64_t evaluations = 0;
+  uint64_t rays = 0;
+  std::vector<uint64_t> evaluations_of_cut;  // by owner
+};
+
+// What refinement reads but never changes.
+struct RefineScene {
+  const RayScene* rays = nullptr;
+  const NodeSampler* sampler = nullptr;
+  uint64_t seed = 1;
+};
+
+// The links of one worker: those of its own blocks, and the crown's, which every worker keeps.
+struct LinkSet {
+  std::vector<Link> own;
+  std::vector<Link> crown;
+};
+
+// Replaces every link whose error exceeds epsilon_w, until none does. An empty set starts from the
+// root's link to itself. Returns kCancelled when `cancelled` says so.
+Status Refine(double epsilon_w, const RefineScene& scene, Tree& tree, Placement& placement,
+              ThreadPool& pool, LinkSet& links, RefineCounters& counters,
+              const std::function<bool()>& cancelled);
+
+}  // namespace isolux

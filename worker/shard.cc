@@ -1,0 +1,408 @@
+#include "worker/shard.h"
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+
+#include "common/util/random.h"
+#include "worker/radiosity/closure.h"
+#include "worker/radiosity/error_estimate.h"
+#include "worker/radiosity/escape.h"
+#include "worker/radiosity/gather.h"
+#include "worker/radiosity/solver.h"
+
+namespace isolux {
+namespace {
+
+// Wall and CPU time of a piece of work.
+class Stopwatch {
+ public:
+  explicit Stopwatch(const ThreadPool& pool) : pool_(pool), wall_(Wall()), cpu_(Cpu()) {}
+  double wall_s() const { return Wall() - wall_; }
+  double cpu_s() const { return Cpu() - cpu_; }
+
+ private:
+  static double Wall() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+  }
+  double Cpu() const { return ThreadCpuSeconds() + pool_.CpuSeconds(); }
+
+  const ThreadPool& pool_;
+  double wall_, cpu_;
+};
+
+uint64_t HashOfLink(const Tree& tree, const Link& link) {
+  const NodeId& p = tree.node(link.p).id;
+  const NodeId& q = tree.node(link.q).id;
+  return Hash(Hash(Hash(p.surface, p.path), Hash(q.surface, q.path)),
+              std::bit_cast<uint32_t>(link.unoccluded_m2), link.visible_share);
+}
+
+// The first solution: everything lit alike, by what is emitted and not absorbed.
+Snapshot AmbientSnapshot(const Hierarchy& hierarchy) {
+  Rgb emitted(0.0), absorbing(0.0);
+  for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
+    const Surface& surface = hierarchy.surfaces()[s];
+    emitted += hierarchy.surface_area_m2(s) * surface.exitance;
+    absorbing += hierarchy.surface_area_m2(s) * (1.0 - surface.reflectance);
+  }
+  Snapshot snapshot;
+  snapshot.leaves.resize(hierarchy.surfaces().size());
+  for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
+    LeafRecord& leaf = snapshot.leaves[s];
+    leaf.id = {s, 1};
+    for (int c = 0; c < 3; ++c)
+      leaf.irradiance[c] = absorbing[c] > 0 ? emitted[c] / absorbing[c] : 0;
+  }
+  return snapshot;
+}
+
+}  // namespace
+
+struct Shard::Impl {
+  Impl(std::shared_ptr<const Scene> scene_in, ThreadPool* pool_in)
+      : scene(std::move(scene_in)),
+        pool(*pool_in),
+        hierarchy(*scene),
+        rays(hierarchy),
+        tree(hierarchy) {}
+
+  std::shared_ptr<const Scene> scene;
+  ThreadPool& pool;
+  Hierarchy hierarchy;
+  RayScene rays;
+  Tree tree;
+  SolveOptions options;
+  std::unique_ptr<NodeSampler> sampler;
+  std::unique_ptr<Placement> placement;
+  LinkSet links;
+  Snapshot snapshot;            // installed last
+  Snapshot solved;              // own leaves of the round just run
+  std::vector<uint8_t> closed;  // by surface
+
+  RefineScene refine_scene() const { return {&rays, sampler.get(), options.seed}; }
+  Status Refine(double epsilon, Exchange& exchange, RefineCounters& counters) {
+    return isolux::Refine(epsilon, refine_scene(), tree, *placement, pool, links, counters,
+                          [&exchange] { return exchange.Cancelled(); });
+  }
+
+  const LeafRecord& RecordAbove(uint32_t node) const;
+  LeafSystem MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lanes>* start) const;
+  Status Solve(const ActiveNodes& nodes, double accuracy, Exchange& exchange, RoundReport& report);
+  Status AddEnergy(const LeafSystem& leaves, std::span<const Lanes> irradiance,
+                   std::span<const double> escape, Exchange& exchange, RoundReport& report) const;
+  std::vector<double> EscapeShares(const ActiveNodes& nodes) const;
+  void CountLinks(const RefineCounters& counters, double refine_cpu_s, double solve_cpu_s,
+                  const ActiveNodes& nodes, RoundReport& report) const;
+};
+
+Shard::Shard(std::shared_ptr<const Scene> scene, ThreadPool* pool)
+    : impl_(std::make_unique<Impl>(std::move(scene), pool)) {}
+Shard::~Shard() = default;
+
+Status Shard::Start(const SolveOptions& options, const Assignment& assignment, uint32_t self) {
+  impl_->options = options;
+  impl_->links = {};
+  impl_->sampler = std::make_unique<NodeSampler>(impl_->tree);
+  impl_->closed = FindClosedSurfaces(impl_->hierarchy, impl_->rays, options.accuracy, options.seed,
+                                     impl_->pool);
+  impl_->snapshot = AmbientSnapshot(impl_->hierarchy);
+  std::vector<uint32_t> moved;
+  RETURN_IF_ERROR(impl_->tree.Install(impl_->snapshot, &moved));
+  ASSIGN_OR_RETURN(Placement placement, Placement::Make(impl_->tree, assignment, self));
+  impl_->placement = std::make_unique<Placement>(std::move(placement));
+  return {};
+}
+
+Rgb Shard::EmittedPower() const {
+  Rgb power(0.0);
+  for (uint32_t s = 0; s < impl_->hierarchy.surfaces().size(); ++s) {
+    power += impl_->hierarchy.surface_area_m2(s) * impl_->hierarchy.surfaces()[s].exitance;
+  }
+  return power;
+}
+
+Result<RoundReport> Shard::RunRound(double epsilon, double accuracy, Exchange& exchange) {
+  RoundReport report;
+  report.round = impl_->snapshot.round + 1;
+  report.epsilon = epsilon;
+  const Stopwatch whole(impl_->pool);
+  RefineCounters counters;
+  RETURN_IF_ERROR(impl_->Refine(epsilon, exchange, counters));
+  report.refine_s = whole.wall_s();
+  const double refine_cpu_s = whole.cpu_s();
+
+  const Stopwatch subscribing(impl_->pool);
+  ASSIGN_OR_RETURN(const ActiveNodes nodes,
+                   Subscribe(impl_->tree, *impl_->placement, impl_->links, exchange));
+  report.exchange_s = subscribing.wall_s();
+
+  const Stopwatch solving(impl_->pool);
+  RETURN_IF_ERROR(impl_->Solve(nodes, accuracy, exchange, report));
+  impl_->solved.round = report.round;
+  impl_->solved.epsilon = epsilon;
+  report.solve_s = solving.wall_s();
+  impl_->CountLinks(counters, refine_cpu_s, solving.cpu_s(), nodes, report);
+  report.cpu_s = whole.cpu_s();
+  return report;
+}
+
+Status Shard::ReplayRound(double epsilon, Exchange& exchange) {
+  RefineCounters counters;
+  return impl_->Refine(epsilon, exchange, counters);
+}
+
+// The record of the leaf of the installed snapshot that is `node` or lies above it.
+const LeafRecord& Shard::Impl::RecordAbove(uint32_t node) const {
+  const size_t installed = tree.installed();
+  while (node >= installed) node = tree.node(node).parent;
+  return snapshot.leaves[tree.first_leaf(node)];
+}
+
+LeafSystem Shard::Impl::MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lanes>* start) const {
+  LeafSystem leaves;
+  for (const uint32_t node : nodes.leaves) {
+    const Surface& surface = tree.surface_of(node);
+    const LeafRecord& record = RecordAbove(node);
+    const auto lanes = [](const auto& v) { return Lanes{v[0], v[1], v[2], 0}; };
+    leaves.area_m2.push_back(tree.area_m2(node));
+    leaves.reflectance.push_back(lanes(surface.reflectance));
+    leaves.exitance.push_back(lanes(surface.exitance));
+    leaves.closure.push_back(closed[tree.node(node).id.surface] != 0 ? record.closure : 1.0);
+    start->push_back(lanes(record.irradiance));
+  }
+  return leaves;
+}
+
+Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& exchange,
+                          RoundReport& report) {
+  std::vector<Lanes> start;
+  LeafSystem leaves = MakeLeafSystem(nodes, &start);
+  Product product(tree, *placement, links, nodes, pool, exchange);
+  std::vector<uint8_t> leaf_closed;
+  for (const uint32_t node : nodes.leaves)
+    leaf_closed.push_back(closed[tree.node(node).id.surface]);
+  ASSIGN_OR_RETURN(const ClosureSummary closing,
+                   Close(product, leaves, leaf_closed, std::min(1e-3, 0.1 * accuracy), exchange));
+  Transport transport(product, leaves);
+  SolverOptions solver;
+  solver.accuracy = accuracy;
+  ASSIGN_OR_RETURN(const SolverResult solution,
+                   SolveConjugateGradients(transport, leaves, start, solver, exchange));
+  ASSIGN_OR_RETURN(const ErrorEstimate errors,
+                   EstimateError(product, tree, leaves, solution.irradiance, solution, exchange));
+  const std::vector<double> escape = EscapeShares(nodes);
+  RETURN_IF_ERROR(AddEnergy(leaves, solution.irradiance, escape, exchange, report));
+
+  report.error_estimate = errors.total;
+  report.error_spread = errors.spread;
+  report.error_visibility = errors.visibility;
+  report.error_coupling = errors.coupling;
+  report.error_solver = errors.solver;
+  report.residual = solution.residual;
+  report.iterations = closing.products + solution.products;
+  report.memory_bytes = product.memory_bytes();
+
+  solved.leaves.clear();
+  for (size_t i = 0; i < nodes.leaves.size(); ++i) {
+    LeafRecord leaf;
+    leaf.id = tree.node(nodes.leaves[i]).id;
+    double sum = 0, largest = 0;
+    for (int c = 0; c < 3; ++c) {
+      leaf.irradiance[c] = solution.irradiance[i][c];
+      sum += leaf.irradiance[c];
+      largest = std::max(largest, leaf.irradiance[c]);
+    }
+    leaf.spread = static_cast<float>(errors.leaves[i].spread);
+    // Of the error over all channels, the worst channel has its share of the light.
+    leaf.error = static_cast<float>(sum > 0 ? errors.leaves[i].error * largest / sum : 0);
+    leaf.closure = static_cast<float>(leaves.closure[i]);
+    leaf.escape = static_cast<float>(escape[i]);
+    solved.leaves.push_back(leaf);
+  }
+  std::sort(solved.leaves.begin(), solved.leaves.end(),
+            [](const LeafRecord& a, const LeafRecord& b) { return a.id < b.id; });
+  return {};
+}
+
+std::vector<double> Shard::Impl::EscapeShares(const ActiveNodes& nodes) const {
+  std::vector<double> shares(nodes.leaves.size(), 0);
+  pool.For(shares.size(), 64, [&](size_t begin, size_t end, int) {
+    for (size_t i = begin; i < end; ++i) {
+      const uint32_t node = nodes.leaves[i];
+      const NodeId& id = tree.node(node).id;
+      if (closed[id.surface] != 0) continue;
+      const LeafRecord& record = RecordAbove(node);
+      // Seeded by the id, so a leaf's share never changes while it is one.
+      shares[i] = snapshot.round > 0 && record.id == id
+                      ? record.escape
+                      : EscapeShare(hierarchy, rays, id, tree.polygon(node), options.seed);
+    }
+  });
+  return shares;
+}
+
+Status Shard::Impl::AddEnergy(const LeafSystem& leaves, std::span<const Lanes> irradiance,
+                              std::span<const double> escape, Exchange& exchange,
+                              RoundReport& report) const {
+  Reduction energy;
+  energy.sums.resize(9);
+  for (size_t i = 0; i < leaves.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      const double h = irradiance[i][c], rho = leaves.reflectance[i][c], e = leaves.exitance[i][c];
+      energy.sums[c].Add(leaves.area_m2[i] * e);
+      energy.sums[3 + c].Add(leaves.area_m2[i] * (1 - rho) * h);
+      energy.sums[6 + c].Add(leaves.area_m2[i] * escape[i] * (e + rho * h));
+    }
+  }
+  ASSIGN_OR_RETURN(const Reduction total, exchange.Reduce(std::move(energy)));
+  for (int c = 0; c < 3; ++c) {
+    report.emitted_w[c] = total.sums[c].Value();
+    report.absorbed_w[c] = total.sums[3 + c].Value();
+    report.escaped_w[c] = total.sums[6 + c].Value();
+    if (!(report.emitted_w[c] > 0)) continue;
+    const double missing = report.emitted_w[c] - report.absorbed_w[c] - report.escaped_w[c];
+    report.energy_imbalance =
+        std::max(report.energy_imbalance, std::abs(missing) / report.emitted_w[c]);
+  }
+  return {};
+}
+
+void Shard::Impl::CountLinks(const RefineCounters& counters, double refine_cpu_s,
+                             double solve_cpu_s, const ActiveNodes& nodes,
+                             RoundReport& report) const {
+  const uint32_t cut_size = placement->cut_size();
+  report.evaluations = counters.evaluations;
+  report.rays = counters.rays;
+  report.cut_links.assign(cut_size, 0);
+  report.cut_elements.assign(cut_size, 0);
+  report.cut_cost_ns.assign(cut_size, 0);
+  const auto count = [&](const Link& link) {
+    ++report.links;
+    ++report.cut_links[placement->OwnerCut(link.p, link.q)];
+    const double error = ErrorOf(tree, link, tree.values(link.p), tree.values(link.q)).total_w;
+    const int bin = error > 0 ? std::ilogb(error) - ErrorHistogram::kLowest : 0;
+    ++report.histogram.count[std::clamp(bin, 0, 127)];
+  };
+  for (const Link& link : links.own) count(link);
+  for (const Link& link : links.crown) {
+    report.crown_hash += HashOfLink(tree, link);
+    if (placement->HomeOfLink(link.p, link.q) == placement->self()) count(link);
+  }
+  for (const uint32_t node : nodes.leaves) ++report.cut_elements[placement->CutOf(node)];
+  report.leaves = nodes.leaves.size();
+  for (uint32_t c = 0; c < cut_size; ++c) {
+    const double evaluated = counters.evaluations > 0
+                                 ? static_cast<double>(counters.evaluations_of_cut[c]) /
+                                       static_cast<double>(counters.evaluations)
+                                 : 0.0;
+    const double linked = report.links > 0 ? static_cast<double>(report.cut_links[c]) /
+                                                 static_cast<double>(report.links)
+                                           : 0.0;
+    report.cut_cost_ns[c] = 1e9 * (refine_cpu_s * evaluated + solve_cpu_s * linked);
+  }
+  report.memory_bytes += (links.own.capacity() + links.crown.capacity()) * sizeof(Link) +
+                         tree.memory_bytes() + snapshot.leaves.capacity() * sizeof(LeafRecord);
+}
+
+Snapshot Shard::TakeSnapshot() const { return impl_->solved; }
+
+Status Shard::InstallSnapshot(const Snapshot& snapshot) {
+  impl_->snapshot = snapshot;
+  std::vector<uint32_t> moved;
+  RETURN_IF_ERROR(impl_->tree.Install(impl_->snapshot, &moved));
+  for (std::vector<Link>* links : {&impl_->links.own, &impl_->links.crown}) {
+    for (Link& link : *links) {
+      link.p = moved[link.p];
+      link.q = moved[link.q];
+      if (link.p == kNoNode || link.q == kNoNode) {
+        return {StatusCode::kDataLoss, "snapshot: it lacks the end of a link"};
+      }
+    }
+    links->shrink_to_fit();
+  }
+  ASSIGN_OR_RETURN(Placement placement, Placement::Make(impl_->tree, impl_->placement->assignment(),
+                                                        impl_->placement->self()));
+  *impl_->placement = std::move(placement);
+  return {};
+}
+
+// ---- migration: after a snapshot is installed the trees of all workers are equal, index by index,
+// so links travel as they are.
+
+Result<std::vector<MigrationParcel>> Shard::Reassign(const Assignment& next) {
+  ASSIGN_OR_RETURN(Placement placement,
+                   Placement::Make(impl_->tree, next, impl_->placement->self()));
+  *impl_->placement = std::move(placement);
+  const Placement& now = *impl_->placement;
+  LinkSet kept;
+  std::vector<std::vector<Link>> leaving(next.worker_count);
+  for (const Link& link : impl_->links.crown) {
+    if (now.IsCrownLink(link.p, link.q)) {
+      kept.crown.push_back(link);
+    } else if (now.HomeOfLink(link.p, link.q) == now.self()) {
+      kept.own.push_back(link);  // every worker had it; its home keeps it
+    }
+  }
+  for (const Link& link : impl_->links.own) {
+    if (now.IsCrownLink(link.p, link.q)) {
+      // An end has come to lie above the cut: from now on everybody's.
+      kept.crown.push_back(link);
+      for (auto& links : leaving) links.push_back(link);
+    } else if (const uint32_t home = now.HomeOfLink(link.p, link.q); home == now.self()) {
+      kept.own.push_back(link);
+    } else {
+      leaving[home].push_back(link);
+    }
+  }
+  impl_->links = std::move(kept);
+  std::vector<MigrationParcel> parcels;
+  for (uint32_t to = 0; to < leaving.size(); ++to) {
+    if (to == now.self() || leaving[to].empty()) continue;
+    MigrationParcel parcel;
+    parcel.to = to;
+    parcel.links = leaving[to].size();
+    parcel.bytes.assign(reinterpret_cast<const char*>(leaving[to].data()),
+                        leaving[to].size() * sizeof(Link));
+    parcels.push_back(std::move(parcel));
+  }
+  return parcels;
+}
+
+Status Shard::Absorb(const std::string& parcel_bytes) {
+  if (parcel_bytes.size() % sizeof(Link) != 0) {
+    return {StatusCode::kDataLoss, "migration: a parcel does not hold whole links"};
+  }
+  const Tree& tree = impl_->tree;
+  for (size_t at = 0; at < parcel_bytes.size(); at += sizeof(Link)) {
+    Link link;
+    std::memcpy(&link, parcel_bytes.data() + at, sizeof link);
+    if (link.p >= tree.size() || link.q >= tree.size() ||
+        tree.node(link.q).id < tree.node(link.p).id || !(link.unoccluded_m2 >= 0) ||
+        !std::isfinite(link.unoccluded_m2)) {
+      return {StatusCode::kDataLoss, "migration: a link between nodes that do not exist"};
+    }
+    const bool crown = impl_->placement->IsCrownLink(link.p, link.q);
+    (crown ? impl_->links.crown : impl_->links.own).push_back(link);
+  }
+  return {};
+}
+
+Result<GatherPart> Shard::Gather(const std::vector<NodeId>& elements, double accuracy) {
+  const Stopwatch watch(impl_->pool);
+  GatherOptions options;
+  options.seed = impl_->options.seed;
+  // 64 rays a point for 2 %, 256 for 1 % (NUMERICS 12.4).
+  options.rays =
+      static_cast<int>(std::clamp(64 * (0.02 / accuracy) * (0.02 / accuracy), 64.0, 1024.0));
+  ASSIGN_OR_RETURN(GatherPart part,
+                   GatherAtCorners(elements, impl_->tree, *impl_->placement, impl_->links,
+                                   impl_->snapshot, impl_->rays, options, impl_->pool));
+  part.cpu_s = watch.cpu_s();
+  return part;
+}
+
+}  // namespace isolux
