@@ -1,5 +1,6 @@
-// From gathered corners to the patch file: output elements are refined in waves where the irradiance
-// bends, coincident corners of coplanar neighbours of one material are merged, T-vertices inserted.
+// From gathered corners to the patch file: output elements are refined in waves where the
+// irradiance bends (each division into four, by two cuts), coincident corners of coplanar
+// neighbours of one material are merged, T-vertices inserted.
 #pragma once
 
 #include <functional>
@@ -11,13 +12,16 @@
 namespace isolux {
 
 struct OutputMeshOptions {
-  double accuracy = 0.02;  // bend of the irradiance over an edge, relative, above which it is divided
-  int waves = 4;           // at most; the first is the leaves themselves
+  double accuracy =
+      0.02;       // bend of the irradiance over an edge, relative, above which it is divided
+  int waves = 4;  // at most; the first is the leaves themselves
   uint64_t max_elements = 4'000'000;
 };
 
-// Irradiance (W/m²) at the corners of elements: 4 corners × 3 channels each, in the elements' order.
-using GatherFunction = std::function<Result<std::vector<double>>(const std::vector<NodeId>& elements)>;
+// Irradiance (W/m²) at the corners of elements: 4 corners × 3 channels each, in the elements'
+// order. Asked once a wave, with the elements sorted by id and each asked for once.
+using GatherFunction =
+    std::function<Result<std::vector<double>>(const std::vector<NodeId>& elements)>;
 
 // Runs the waves and builds the patch file's vertices and faces (not its comments).
 Result<PatchFile> BuildOutputMesh(const Hierarchy& hierarchy, const Snapshot& snapshot,

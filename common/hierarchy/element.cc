@@ -1,7 +1,6 @@
 #include "common/hierarchy/element.h"
 
 namespace isolux {
-namespace {
 
 int LongestSide(const ConvexPolygon& polygon) {
   int longest = 0;
@@ -16,8 +15,6 @@ int LongestSide(const ConvexPolygon& polygon) {
   }
   return longest;
 }
-
-}  // namespace
 
 std::array<ConvexPolygon, 2> Subdivide(const ConvexPolygon& polygon) {
   const int n = polygon.count;

@@ -9,6 +9,9 @@
 
 namespace isolux {
 
+// The longest side, from corner i to the next; of equal ones the first.
+int LongestSide(const ConvexPolygon& polygon);
+
 // Cuts from the midpoint of the longest side to the midpoint of the opposite side (quad) or to the
 // opposite corner (triangle). Both parts keep the orientation.
 std::array<ConvexPolygon, 2> Subdivide(const ConvexPolygon& polygon);
