@@ -271,7 +271,7 @@ PolygonCoupling Couple(const CouplingEnd& p, const CouplingEnd& q) {
   }
   PolygonCoupling result;
   result.coupling_m2 = std::clamp(near ? fine : coarse, 0.0, smaller);
-  result.error_m2 = near ? 0.5 * std::abs(fine - coarse) : 0.01 * kappa * kappa * coarse;
+  result.error_m2 = near ? std::abs(fine - coarse) : 0.01 * kappa * kappa * coarse;
   result.error_m2 = std::min(result.error_m2, smaller);
   const bool closest = kappa > kClosestPointsKappa;
   result.variation_p = VariationOver(p, q, q_corners, result.coupling_m2 / p.area_m2, closest);

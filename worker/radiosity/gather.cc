@@ -18,6 +18,10 @@ namespace {
 // this share of itself.
 constexpr double kOpenShare = 0.02, kOpenSpread = 0.1;
 constexpr int kOpenLevels = 6;
+// Of eight rays, from one source to the corners of one element.
+constexpr double kMostPackets = 64;
+// Irradiance below this share of the mean is dark: shares are taken of that then.
+constexpr double kLeastShare = 0.05;
 // Points lie so far inside their element, so that none is on an edge or in a contact.
 constexpr double kInside = 1e-5;
 
@@ -101,14 +105,22 @@ class Gatherer {
  private:
   void PullRadiosity() {
     radiosity_.assign(tree_.size(), Lanes{});
+    double lit_area = 0, arriving = 0;
     for (const LeafRecord& leaf : snapshot_.leaves) {
       const Surface& surface = tree_.hierarchy().surfaces()[leaf.id.surface];
-      Lanes& b = radiosity_[tree_.Find(leaf.id)];
+      const uint32_t node = tree_.Find(leaf.id);
+      Lanes& b = radiosity_[node];
+      const double sum = leaf.irradiance[0] + leaf.irradiance[1] + leaf.irradiance[2];
+      if (sum > 0) {
+        lit_area += tree_.area_m2(node);
+        arriving += tree_.area_m2(node) * sum;
+      }
       for (int c = 0; c < 3; ++c) {
         b[c] = surface.exitance[c] + surface.reflectance[c] * leaf.irradiance[c];
         largest_ = std::max(largest_, b[c]);
       }
     }
+    least_irradiance_ = std::max(kLeastShare * arriving / std::max(lit_area, 1e-300), 1e-300);
     for (size_t i = tree_.size(); i-- > 0;) {
       Lanes sum{};
       double area = 0;
@@ -130,7 +142,9 @@ class Gatherer {
   std::vector<Source> SourcesOf(uint32_t leaf) const {
     std::vector<Source> sources;
     const LeafRecord& record = snapshot_.leaves[tree_.first_leaf(leaf)];
-    const double arriving = record.irradiance[0] + record.irradiance[1] + record.irradiance[2];
+    // What is small against the scene's light needs no rays for its own sake.
+    const double arriving = std::max(
+        record.irradiance[0] + record.irradiance[1] + record.irradiance[2], least_irradiance_);
     for (uint32_t node = leaf; node != kNoNode; node = tree_.node(node).parent) {
       for (const LinksOfNodes::End& end : links_.Of(node))
         AddSources(leaf, node, end, arriving, sources);
@@ -153,7 +167,7 @@ class Gatherer {
       sources.push_back(source);
       return;
     }
-    const double share = link.unoccluded_m2 / tree_.area_m2(node) / std::max(arriving, 1e-300);
+    const double share = link.unoccluded_m2 / tree_.area_m2(node) / arriving;
     Open(leaf, other, share, link.visibility_deviation(), source, 0, sources);
   }
 
@@ -226,7 +240,7 @@ class Gatherer {
                            Lanes& visibility) const {
     if (!(source.packets > 0)) return 0;
     Random random(Hash(source.seed, element.path, element.surface));
-    const int packets = std::min(64, static_cast<int>(source.packets + random.Unit()));
+    const int packets = static_cast<int>(std::min(kMostPackets, source.packets + random.Unit()));
     if (packets == 0) return 0;
     ConvexPolygon target;
     target.count = std::min(source.polygon.count, 4);
@@ -268,6 +282,7 @@ class Gatherer {
   LinksOfNodes links_;
   std::vector<Lanes> radiosity_;  // by node
   double largest_ = 0;
+  double least_irradiance_ = 0;  // W/m², over the channels, below which a leaf counts as dark
 };
 
 }  // namespace

@@ -1,0 +1,276 @@
+// One shard with nobody else: refinement, products, solver and closure, each against what must
+// hold.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/util/random.h"
+#include "tests/support/scenes.h"
+#include "worker/radiosity/closure.h"
+#include "worker/radiosity/escape.h"
+#include "worker/radiosity/gather.h"
+#include "worker/radiosity/solver.h"
+#include "worker/shard.h"
+
+namespace isolux {
+namespace {
+
+// The parts of a shard laid open, refined once to a share of the emitted power.
+struct Bench {
+  Bench(Scene scene_in, double share, int threads = 2)
+      : scene(std::move(scene_in)),
+        pool(threads),
+        hierarchy(scene),
+        rays(hierarchy),
+        tree(hierarchy) {
+    Snapshot start;
+    double emitted = 0;
+    for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
+      LeafRecord leaf;
+      leaf.id = {s, 1};
+      leaf.irradiance = {0.1, 0.1, 0.1};
+      start.leaves.push_back(leaf);
+      emitted += hierarchy.surface_area_m2(s) * Sum(hierarchy.surfaces()[s].exitance);
+    }
+    std::vector<uint32_t> moved;
+    EXPECT_TRUE(tree.Install(start, &moved).ok());
+    placement = std::make_unique<Placement>(
+        Placement::Make(tree, {{{NodeId::kCluster, 0}}, {0}, 1}, 0).value());
+    const NodeSampler sampler(tree);
+    epsilon_w = share * emitted;
+    EXPECT_TRUE(
+        Refine(epsilon_w, {&rays, &sampler, 1}, tree, *placement, pool, links, counters, nullptr)
+            .ok());
+    nodes = Subscribe(tree, *placement, links, exchange).value();
+    product = std::make_unique<Product>(tree, *placement, links, nodes, pool, exchange);
+    for (const uint32_t node : nodes.leaves) {
+      const Surface& surface = tree.surface_of(node);
+      system.area_m2.push_back(tree.area_m2(node));
+      system.reflectance.push_back(
+          Lanes{surface.reflectance.x, surface.reflectance.y, surface.reflectance.z, 0});
+      system.exitance.push_back(
+          Lanes{surface.exitance.x, surface.exitance.y, surface.exitance.z, 0});
+      system.closure.push_back(1);
+    }
+  }
+
+  std::vector<Lanes> RandomValues(uint64_t seed) const {
+    Random random(seed);
+    std::vector<Lanes> values(system.size());
+    for (Lanes& v : values) v = Lanes{random.Unit(), random.Unit(), random.Unit(), 0};
+    return values;
+  }
+
+  std::vector<Lanes> Irradiance(const std::vector<Lanes>& radiosity) {
+    std::vector<Lanes> result(radiosity.size());
+    EXPECT_TRUE(product->Irradiance(radiosity, 1.0, 3, result).ok());
+    return result;
+  }
+
+  Scene scene;
+  ThreadPool pool;
+  Hierarchy hierarchy;
+  RayScene rays;
+  Tree tree;
+  std::unique_ptr<Placement> placement;
+  LinkSet links;
+  RefineCounters counters;
+  NullExchange exchange;
+  ActiveNodes nodes;
+  std::unique_ptr<Product> product;
+  LeafSystem system;
+  double epsilon_w = 0;
+};
+
+TEST(Refine, LeavesNoLinkAboveItsThreshold) {
+  const Bench bench(testing::CornellBox(true), 1e-3);
+  ASSERT_GT(bench.links.own.size(), 1000U);
+  for (const Link& link : bench.links.own) {
+    const LinkError error =
+        ErrorOf(bench.tree, link, bench.tree.values(link.p), bench.tree.values(link.q));
+    EXPECT_LE(error.total_w, bench.epsilon_w);
+    EXPECT_LT(bench.tree.node(link.p).id, bench.tree.node(link.q).id);
+  }
+}
+
+TEST(Refine, FindsNothingBlockedInAConvexRoom) {
+  const Bench bench(testing::FurnaceCube(0.5, 1), 1e-3);
+  EXPECT_TRUE(bench.hierarchy.convex());
+  EXPECT_EQ(bench.counters.rays, 0U);
+}
+
+TEST(Product, IsSymmetric) {
+  for (uint64_t seed = 1; seed <= 5; ++seed) {
+    Bench bench(testing::RandomRoom(seed, 4), 1e-3);
+    const auto x = bench.RandomValues(2 * seed), y = bench.RandomValues(2 * seed + 1);
+    const auto kx = bench.Irradiance(x), ky = bench.Irradiance(y);
+    Lanes xky{}, ykx{};
+    for (size_t i = 0; i < x.size(); ++i) {
+      xky += bench.system.area_m2[i] * x[i] * ky[i];
+      ykx += bench.system.area_m2[i] * y[i] * kx[i];
+    }
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(xky[c], ykx[c], 1e-12 * xky[c]) << "seed " << seed;
+  }
+}
+
+TEST(Product, HasTheSameBitsForAnyNumberOfThreads) {
+  Bench one(testing::CornellBox(true), 1e-3, 1), three(testing::CornellBox(true), 1e-3, 3);
+  const auto x = one.RandomValues(9);
+  const auto a = one.Irradiance(x), b = three.Irradiance(x);
+  ASSERT_EQ(a.size(), b.size());
+  for (size_t i = 0; i < a.size(); ++i) {
+    for (int c = 0; c < 3; ++c) ASSERT_EQ(a[i][c], b[i][c]);
+  }
+}
+
+TEST(Product, ReturnsAllThatAClosedRoomIsGiven) {
+  Bench bench(testing::FurnaceCube(0.5, 1), 1e-4);
+  const std::vector<Lanes> ones(bench.system.size(), Lanes{1, 1, 1, 0});
+  const auto irradiance = bench.Irradiance(ones);
+  double arriving = 0, area = 0;
+  for (size_t i = 0; i < irradiance.size(); ++i) {
+    arriving += bench.system.area_m2[i] * irradiance[i][0];
+    area += bench.system.area_m2[i];
+  }
+  EXPECT_NEAR(arriving / area, 1.0, 0.005);
+}
+
+TEST(Closure, BringsRowsOfAClosedRoomToTheirArea) {
+  Bench bench(testing::FurnaceCube(0.5, 1), 1e-3);
+  const std::vector<uint8_t> closed(bench.system.size(), 1);
+  const auto summary = Close(*bench.product, bench.system, closed, 1e-6, bench.exchange);
+  ASSERT_TRUE(summary.has_value());
+  EXPECT_GT(summary->worst_before, summary->worst_after);
+  EXPECT_LE(summary->worst_after, 1e-6);
+  for (const double d : bench.system.closure) EXPECT_NEAR(d * d, 1.0, 0.3);
+}
+
+TEST(Escape, TellsClosedFromOpen) {
+  ThreadPool pool(2);
+  const Scene closed_scene = testing::FurnaceCube(0.5, 1);
+  const Hierarchy closed(closed_scene);
+  for (const uint8_t c : FindClosedSurfaces(closed, RayScene(closed), 0.02, 1, pool))
+    EXPECT_EQ(c, 1);
+  const Scene open_scene = testing::CornellBox(false);
+  const Hierarchy open(open_scene);
+  for (const uint8_t c : FindClosedSurfaces(open, RayScene(open), 0.02, 1, pool)) EXPECT_EQ(c, 0);
+}
+
+// (I − R K R) y = R K E by Gaussian elimination, K column by column from products.
+TEST(ConjugateGradients, AgreesWithADenseFactorisation) {
+  Bench bench(testing::RandomRoom(4, 2), 3e-2);
+  const size_t n = bench.system.size();
+  ASSERT_LT(n, 1200U);
+  const size_t width = n + 1;  // the right-hand side in the last column
+  std::vector<double> matrix(n * width);
+  const auto at = [&](size_t i, size_t j) -> double& { return matrix[i * width + j]; };
+  for (size_t j = 0; j < n; ++j) {
+    std::vector<Lanes> unit(n, Lanes{});
+    unit[j] = Lanes{1, 0, 0, 0};
+    const auto column = bench.Irradiance(unit);
+    for (size_t i = 0; i < n; ++i) {
+      at(i, j) = (i == j ? 1.0 : 0.0) - bench.system.reflectance[i][0] * column[i][0];
+    }
+  }
+  for (size_t i = 0; i < n; ++i) at(i, n) = bench.system.exitance[i][0];
+  for (size_t k = 0; k < n; ++k) {  // diagonally dominant: no pivoting
+    for (size_t i = k + 1; i < n; ++i) {
+      const double factor = at(i, k) / at(k, k);
+      if (factor == 0) continue;
+      for (size_t j = k; j <= n; ++j) at(i, j) -= factor * at(k, j);
+    }
+  }
+  std::vector<double> radiosity(n);
+  for (size_t k = n; k-- > 0;) {
+    double sum = at(k, n);
+    for (size_t j = k + 1; j < n; ++j) sum -= at(k, j) * radiosity[j];
+    radiosity[k] = sum / at(k, k);
+  }
+  Transport transport(*bench.product, bench.system);
+  SolverOptions options;
+  options.accuracy = 1e-9;
+  const auto solved = SolveConjugateGradients(
+      transport, bench.system, std::vector<Lanes>(n, Lanes{}), options, bench.exchange);
+  ASSERT_TRUE(solved.has_value());
+  double emitted = 0;
+  for (size_t i = 0; i < n; ++i) emitted = std::max(emitted, bench.system.exitance[i][0]);
+  for (size_t i = 0; i < n; ++i) {
+    const double b =
+        bench.system.exitance[i][0] + bench.system.reflectance[i][0] * solved->irradiance[i][0];
+    EXPECT_NEAR(b, radiosity[i], 1e-8 * emitted);
+  }
+  EXPECT_GT(solved->largest_eigenvalue, 0);
+  EXPECT_LT(solved->largest_eigenvalue, 1);
+}
+
+TEST(SmallestEigenvalue, MatchesAKnownMatrix) {
+  // Tridiagonal (−1, 2, −1) of order 10: 2 − 2 cos(π/11).
+  const std::vector<double> diagonal(10, 2.0), off(9, -1.0);
+  EXPECT_NEAR(SmallestEigenvalue(diagonal, off), 2 - 2 * std::cos(M_PI / 11), 1e-10);
+}
+
+// A job of one shard, driven by hand.
+struct Solo {
+  explicit Solo(Scene scene, int threads = 2)
+      : pool(threads), shard(std::make_shared<Scene>(std::move(scene)), &pool) {}
+
+  RoundReport Run(double share, double accuracy) {
+    const RoundReport report =
+        shard.RunRound(share * Sum(shard.EmittedPower()), accuracy, exchange).value();
+    EXPECT_TRUE(shard.InstallSnapshot(shard.TakeSnapshot()).ok());
+    return report;
+  }
+
+  ThreadPool pool;
+  Shard shard;
+  NullExchange exchange;
+};
+
+TEST(Shard, HeatsAFurnaceEvenly) {
+  for (const double rho : {0.0, 0.5, 0.9}) {
+    Solo solo(testing::FurnaceCube(rho, 2.0));
+    ASSERT_TRUE(solo.shard.Start({}, {{{NodeId::kCluster, 0}}, {0}, 1}, 0).ok());
+    solo.Run(1e-2, 0.02);
+    const RoundReport report = solo.Run(1e-3, 0.02);
+    EXPECT_LT(report.energy_imbalance, 0.002);
+    for (const LeafRecord& leaf : solo.shard.TakeSnapshot().leaves) {
+      const double b = 2.0 + rho * leaf.irradiance[1];
+      EXPECT_NEAR(b, 2.0 / (1 - rho), 0.003 * 2.0 / (1 - rho)) << "reflectance " << rho;
+    }
+  }
+}
+
+TEST(Shard, ConservesEnergyInRandomRooms) {
+  for (uint64_t seed = 1; seed <= 6; ++seed) {
+    Solo solo(testing::RandomRoom(seed, 5));
+    ASSERT_TRUE(solo.shard.Start({}, {{{NodeId::kCluster, 0}}, {0}, 1}, 0).ok());
+    double before = 1;
+    for (const double share : {1e-2, 1e-3, 1e-4}) {
+      const RoundReport report = solo.Run(share, 0.02);
+      for (const LeafRecord& leaf : solo.shard.TakeSnapshot().leaves) {
+        for (const double h : leaf.irradiance)
+          ASSERT_TRUE(std::isfinite(h) && h >= 0) << "seed " << seed;
+      }
+      before = report.energy_imbalance;
+    }
+    EXPECT_LT(before, 0.05) << "seed " << seed;
+  }
+}
+
+TEST(Shard, ReplaysToTheSameBits) {
+  Solo first(testing::CornellBox(true)), second(testing::CornellBox(true), 1);
+  const Assignment whole{{{NodeId::kCluster, 0}}, {0}, 1};
+  ASSERT_TRUE(first.shard.Start({}, whole, 0).ok());
+  ASSERT_TRUE(second.shard.Start({}, whole, 0).ok());
+  const double power = Sum(first.shard.EmittedPower());
+  first.Run(1e-2, 0.1);
+  ASSERT_TRUE(second.shard.ReplayRound(1e-2 * power, second.exchange).ok());
+  ASSERT_TRUE(second.shard.InstallSnapshot(first.shard.TakeSnapshot()).ok());
+  const RoundReport a = first.Run(1e-3, 0.05), b = second.Run(1e-3, 0.05);
+  EXPECT_EQ(a.crown_hash, b.crown_hash);
+  EXPECT_EQ(a.links, b.links);
+  EXPECT_EQ(first.shard.TakeSnapshot(), second.shard.TakeSnapshot());
+}
+
+}  // namespace
+}  // namespace isolux
