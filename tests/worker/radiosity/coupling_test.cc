@@ -52,7 +52,7 @@ TEST(Couple, MatchesOpposedSquaresAtEveryDistance) {
     const PolygonCoupling c = Couple(MakeCouplingEnd(UnitSquareAt(0, true)),
                                      MakeCouplingEnd(UnitSquareAt(distance, false)));
     EXPECT_NEAR(c.coupling_m2, exact, 3 * c.error_m2 + 1e-6) << distance;
-    EXPECT_NEAR(c.coupling_m2, exact, (distance < 1 ? 0.05 : 5e-3) * exact) << distance;
+    EXPECT_NEAR(c.coupling_m2, exact, (distance < 1 ? 0.05 : 0.01) * exact) << distance;
     EXPECT_LE(c.coupling_m2, 1.0);
   }
 }
