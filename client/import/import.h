@@ -8,10 +8,10 @@
 namespace isolux {
 
 struct ImportOptions {
-  bool emit_both = false;     // --emit both: emitters radiate from both sides (default: front)
-  bool reflect_front = false; // --reflect front: only fronts take part (default: both sides)
-  std::string unit = "m";     // --unit m|cm|mm|in|ft: of the file's coordinates
-  bool strict = false;        // --strict: refuse what would be repaired
+  bool emit_both = false;        // --emit both: emitters radiate from both sides (default: front)
+  bool reflect_front = false;    // --reflect front: only fronts take part (default: both sides)
+  std::string unit = "m";        // --unit m|cm|mm|in|ft: of the file's coordinates
+  bool strict = false;           // --strict: refuse what would be repaired
   bool require_emission = true;  // refuse a scene in which nothing emits
 };
 

@@ -95,13 +95,6 @@ Status CheckShape(const Scene& scene, size_t p) {
   return {};
 }
 
-bool Emits(const Scene& scene) {
-  return std::any_of(scene.polygons.begin(), scene.polygons.end(), [&](const Polygon& p) {
-    return (p.sides & (kFrontEmits | kBackEmits)) != 0 &&
-           Sum(scene.materials[p.material].exitance) > 0;
-  });
-}
-
 // -0 and 0 are equal, so they are written alike.
 void Put(ByteWriter& out, const Vec3& v) {
   for (int i = 0; i < 3; ++i) out.Put(v[i] + 0.0);
@@ -145,15 +138,22 @@ bool IsPlanar(const ConvexPolygon& polygon) {
 }
 
 bool IsConvex(const ConvexPolygon& polygon) {
-  const Vec3 area = polygon.AreaVector();
-  const double area2 = glm::dot(area, area);
+  const Vec3 normal = polygon.Normal();
   for (int i = 0; i < polygon.count; ++i) {
     const Vec3& here = polygon.v[i];
     const Vec3 in = here - polygon.v[(i + polygon.count - 1) % polygon.count];
     const Vec3 out = polygon.v[(i + 1) % polygon.count] - here;
-    if (glm::dot(glm::cross(in, out), area) < -kNoArea * area2) return false;
+    const double turn = glm::dot(glm::cross(in, out), normal);
+    if (turn < -kConvexTolerance * glm::length(in) * glm::length(out)) return false;
   }
   return true;
+}
+
+bool Emits(const Scene& scene) {
+  return std::any_of(scene.polygons.begin(), scene.polygons.end(), [&](const Polygon& p) {
+    return (p.sides & (kFrontEmits | kBackEmits)) != 0 &&
+           Sum(scene.materials[p.material].exitance) > 0;
+  });
 }
 
 Status Validate(const Scene& scene, const SceneLimits& limits) {

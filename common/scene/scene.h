@@ -90,7 +90,10 @@ inline constexpr double kPlanarTolerance =
     1e-6;  // of a corner's distance from the plane, /diagonal
 bool HasArea(const ConvexPolygon& polygon);
 bool IsPlanar(const ConvexPolygon& polygon);
-bool IsConvex(const ConvexPolygon& polygon);  // three corners may lie on one line
+bool IsConvex(const ConvexPolygon& polygon);  // a corner may be straight
+
+// Whether a side of any polygon radiates.
+bool Emits(const Scene& scene);
 
 // The surfaces of a scene in order: by polygon, front before back, only sides that take part.
 // A surface's number is its place here.

@@ -21,7 +21,7 @@ add_library(isolux_dep_grpc INTERFACE)
 target_link_libraries(isolux_dep_grpc INTERFACE gRPC::grpc++ gRPC::grpc++_reflection protobuf::libprotobuf)
 foreach(pair
     grpc=isolux_dep_grpc glm=glm::glm embree=embree spdlog=spdlog::spdlog cli11=CLI11::CLI11
-    json=nlohmann_json::nlohmann_json expected=tl::expected obj=tinyobjloader::tinyobjloader
+    json=nlohmann_json::nlohmann_json expected=tl::expected obj=tinyobjloader::tinyobjloader_double
     sqlite=SQLite::SQLite3 png=PNG::PNG xxhash=PkgConfig::xxhash stb=PkgConfig::stb
     openexr=PkgConfig::openexr protobuf=protobuf::libprotobuf threads=Threads::Threads)
   string(REPLACE "=" ";" pair "${pair}")

@@ -1,0 +1,122 @@
+#include "client/import/mtl_reader.h"
+
+#include <tiny_obj_loader.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <sstream>
+
+#include "client/import/text_file.h"
+
+namespace isolux {
+namespace {
+
+constexpr uint64_t kMostBytes = 64ULL << 20;
+constexpr size_t kMostMaterials = 65'536;
+
+// Colours with the line they stand in: the library takes what is no number for 0 and knows no
+// lines.
+struct ScannedMaterial {
+  uint32_t line = 0;
+  std::optional<Rgb> kd, ke;
+};
+
+Result<Rgb> ParseColour(const std::vector<std::string_view>& words, const std::string& where) {
+  Rgb colour(0.0);
+  const size_t count = words.size() - 1;
+  if (count != 1 && count != 3) {
+    return Error(StatusCode::kInvalidArgument, "{}: {} needs one or three numbers", where,
+                 words[0]);
+  }
+  for (size_t c = 0; c < 3; ++c) {
+    const std::string_view word = words[1 + std::min(c, count - 1)];
+    const std::optional<double> value = ParseNumber(word);
+    if (!value || *value < 0) {
+      return Error(StatusCode::kInvalidArgument,
+                   "{}: {} '{}' is not a number of 0 or more; correct the line", where, words[0],
+                   word);
+    }
+    colour[static_cast<int>(c)] = *value;
+  }
+  return colour;
+}
+
+Result<std::vector<ScannedMaterial>> Scan(CleanText& file) {
+  std::vector<ScannedMaterial> materials;
+  const std::string& text = file.text();
+  for (size_t start = 0; start < text.size();) {
+    const size_t end = std::min(text.find('\n', start), text.size());
+    const auto words = Words(std::string_view(text).substr(start, end - start));
+    start = end + 1;
+    if (words.empty()) continue;
+    const auto where = [&] { return fmt::format("{}:{}", file.name(), file.LineBefore(end)); };
+    if (words[0] == "newmtl") {
+      if (words.size() < 2) {
+        return Error(StatusCode::kInvalidArgument, "{}: newmtl without a name", where());
+      }
+      if (materials.size() >= kMostMaterials) {
+        return Error(StatusCode::kResourceExhausted, "{}: more than {} materials", where(),
+                     kMostMaterials);
+      }
+      materials.push_back({file.LineBefore(end), {}, {}});
+    } else if (words[0] == "Kd" || words[0] == "Ke") {
+      if (materials.empty()) {
+        return Error(StatusCode::kInvalidArgument, "{}: {} before the first newmtl", where(),
+                     words[0]);
+      }
+      ASSIGN_OR_RETURN(const Rgb colour, ParseColour(words, where()));
+      (words[0] == "Kd" ? materials.back().kd : materials.back().ke) = colour;
+    }
+  }
+  return materials;
+}
+
+double Largest(const tinyobj::real_t (&colour)[3]) {
+  return std::max({colour[0], colour[1], colour[2]});
+}
+
+bool IsGlass(const tinyobj::material_t& m) {
+  if (m.dissolve < 0.999) return true;
+  // Some exporters write Tf 1 1 1 for opaque materials; there only the illumination model tells.
+  const bool filter = Largest(m.transmittance) > 0;
+  const bool all = m.transmittance[0] >= 1 && m.transmittance[1] >= 1 && m.transmittance[2] >= 1;
+  return filter && (!all || m.illum == 4 || m.illum == 6 || m.illum == 7 || m.illum == 9);
+}
+
+}  // namespace
+
+Result<std::vector<MtlMaterial>> ReadMtl(const std::string& path) {
+  ASSIGN_OR_RETURN(std::string bytes, ReadWholeFile(path, kMostBytes));
+  return ParseMtl(std::move(bytes), path);
+}
+
+Result<std::vector<MtlMaterial>> ParseMtl(std::string bytes, const std::string& path) {
+  ASSIGN_OR_RETURN(CleanText file, CleanText::FromBytes(std::move(bytes), path));
+  ASSIGN_OR_RETURN(const std::vector<ScannedMaterial> scanned, Scan(file));
+  std::map<std::string, int> numbers;
+  std::vector<tinyobj::material_t> parsed;
+  std::istringstream stream(std::move(file.text()));
+  std::string warnings, errors;
+  tinyobj::LoadMtl(&numbers, &parsed, &stream, &warnings, &errors);
+  std::vector<MtlMaterial> materials;
+  for (size_t i = 0; i < scanned.size() && i < parsed.size(); ++i) {
+    const tinyobj::material_t& from = parsed[i];
+    MtlMaterial material;
+    material.name = Trim(from.name);
+    material.where = fmt::format("{}:{}", path, scanned[i].line);
+    material.folder = FolderOf(path);
+    material.diffuse_map = Trim(from.diffuse_texname);
+    material.diffuse = scanned[i].kd.value_or(Rgb(material.diffuse_map.empty() ? 0.0 : 1.0));
+    material.radiance = scanned[i].ke.value_or(Rgb(0.0));
+    material.emission_map = !from.emissive_texname.empty();
+    material.opacity_map = !from.alpha_texname.empty();
+    material.glass = IsGlass(from);
+    material.mirror = !material.glass && (from.illum == 3 || from.illum == 5 || from.illum == 8);
+    material.glossy = !material.glass && !material.mirror && Largest(from.specular) > 0;
+    materials.push_back(std::move(material));
+  }
+  return materials;
+}
+
+}  // namespace isolux

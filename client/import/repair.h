@@ -1,0 +1,68 @@
+// What the importer mends: from the faces of a file to triangles and convex planar quads that the
+// solver takes, with a count and an example of everything that was not as it should be.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "client/import/import.h"
+#include "client/import/obj_reader.h"
+
+namespace isolux {
+
+// In the order of the report. The text of each stands in repair.cc.
+enum class Repair {
+  kZeroArea,
+  kDuplicate,
+  kTwin,
+  kTwinOtherMaterial,
+  kNonPlanar,
+  kSelfCrossing,
+  kDivided,
+  kMerged,
+  kReflectance,
+  kNoMaterial,
+  kNoLibrary,
+  kRepeatedMaterial,
+  kMap,
+  kNoMap,
+  kEmissionMap,
+  kOpacityMap,
+  kMirror,
+  kGlossy,
+  kGlass,
+};
+
+const char* ToText(Repair kind);
+
+// Counts, each with the first place where it happened.
+class RepairLog {
+ public:
+  // `where` is made up by the caller only for the first of a kind.
+  template <typename MakeWhere>
+  void Add(Repair kind, const MakeWhere& where) {
+    Entry& entry = entries_[static_cast<size_t>(kind)];
+    if (entry.count++ == 0) entry.example = where();
+  }
+
+  RepairReport Report() const;
+  // With --strict: an error for the first kind that mends a defect. Dividing, merging, replacing
+  // maps by their mean and the like are no defects.
+  Status CheckStrict() const;
+
+ private:
+  struct Entry {
+    uint64_t count = 0;
+    std::string example;
+  };
+  static constexpr size_t kKinds = static_cast<size_t>(Repair::kGlass) + 1;
+  std::array<Entry, kKinds> entries_;
+};
+
+// The vertices and polygons of `scene` from the faces of `file`. On entry the scene has its unit
+// and its materials, one for each of the file's and a last one for faces without.
+Status BuildPolygons(const ObjFile& file, const ImportOptions& options, Scene* scene,
+                     RepairLog* log);
+
+}  // namespace isolux
