@@ -7,9 +7,9 @@
 namespace isolux {
 namespace {
 
-// Corners off the common plane over the diagonal: tighter than what a quad of the file may have,
-// since here flat surfaces are guessed from triangles.
-constexpr double kCoplanar = 1e-9;
+// Corners off the common plane, over the diagonal. Coordinates printed with six digits move corners
+// by as much; it stays below what the solver allows a quad (kPlanarTolerance).
+constexpr double kCoplanar = 1e-5;
 // Sine of the least turn at a corner: a straighter one would make a triangle with a split side.
 constexpr double kLeastTurn = 0.01;
 

@@ -37,7 +37,7 @@ RepairText Describe(Repair kind) {
       return {"pairs of triangles merged into quads", false};
     case Repair::kReflectance:
       return {"reflectances of 1 or more set to 0.98", true};
-    case Repair::kNoMaterial:
+    case Repair::kMaterialless:
       return {"faces without a material made grey (0.5)", true};
     case Repair::kNoLibrary:
       return {"material libraries not found, none needed", true};
@@ -79,7 +79,7 @@ class Builder {
     for (uint32_t f = 0; f < file_.faces.size(); ++f) AddFace(f);
     for (uint32_t f = 0; f < faces_.size(); ++f) Shape(f);
     const uint64_t merged = MergeTrianglePairs(&scene_);
-    for (uint64_t i = 0; i < merged; ++i) log_.Add(Repair::kMerged, [] { return std::string(); });
+    for (uint64_t i = 0; i < merged; ++i) log_.Add(Repair::kMerged, [&] { return file_.path; });
     scene_.file_polygon_count = static_cast<uint32_t>(file_.faces.size());
   }
 
@@ -232,7 +232,7 @@ void Builder::AddFace(uint32_t f) {
   face.material =
       from.material == kNoMaterial ? static_cast<uint32_t>(file_.materials.size()) : from.material;
   face.sides = SidesOf(face.material);
-  if (from.material == kNoMaterial) Note(Repair::kNoMaterial, f);
+  if (from.material == kNoMaterial) Note(Repair::kMaterialless, f);
   if (!IsNew(f, corners)) return;
   face.first = corners_.size();
   face.count = static_cast<uint32_t>(corners.size());

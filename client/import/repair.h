@@ -22,7 +22,7 @@ enum class Repair {
   kDivided,
   kMerged,
   kReflectance,
-  kNoMaterial,
+  kMaterialless,
   kNoLibrary,
   kRepeatedMaterial,
   kMap,

@@ -84,10 +84,12 @@ struct ConvexPolygon {
   Vec3 Centroid() const;  // of the area, not of the corners
 };
 
-// What the solver asks of a polygon's shape, with the tolerances that make it robust.
-inline constexpr double kNoArea = 1e-12;  // area over squared longest side
-inline constexpr double kPlanarTolerance =
-    1e-6;  // of a corner's distance from the plane, /diagonal
+// What the solver asks of a polygon's shape. Quads in files printed with six digits are off their
+// plane, and straight corners off their line, by up to 3e-5; what is really bent is so by 1e-3 or
+// more.
+inline constexpr double kNoArea = 1e-12;          // area over squared longest side
+inline constexpr double kPlanarTolerance = 5e-5;  // of a corner from the plane, over the diagonal
+inline constexpr double kConvexTolerance = 5e-5;  // sine by which a corner may turn the wrong way
 bool HasArea(const ConvexPolygon& polygon);
 bool IsPlanar(const ConvexPolygon& polygon);
 bool IsConvex(const ConvexPolygon& polygon);  // a corner may be straight

@@ -151,9 +151,9 @@ TEST(SceneValidate, ChecksShapes) {
   ExpectRefused(scene, "not convex");
 
   scene = testing::FurnaceCube(0.5, 1);
-  scene.vertices[scene.polygons[2].vertices[2]].y += 1e-4;
+  scene.vertices[scene.polygons[2].vertices[2]].y += 1e-3;
   ExpectRefused(scene, "not in one plane");
-  scene.vertices[scene.polygons[2].vertices[2]].y -= 1e-4 - 1e-8;
+  scene.vertices[scene.polygons[2].vertices[2]].y -= 1e-3 - 1e-6;
   EXPECT_TRUE(Validate(scene).ok()) << Validate(scene).message();
 }
 

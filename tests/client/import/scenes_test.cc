@@ -1,0 +1,118 @@
+// The project's own scenes, and larger ones from elsewhere where a collection of them is at hand.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+
+#include "client/import/import.h"
+
+namespace isolux {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Folder of the collection: ISOLUX_SHARED, or `shared` beside the source tree; empty where neither
+// is.
+std::string SharedScenes() {
+  const char* given = std::getenv("ISOLUX_SHARED");
+  const fs::path folder =
+      (given != nullptr ? fs::path(given) : fs::path(ISOLUX_SOURCE_DIR).parent_path() / "shared") /
+      "scenes";
+  return fs::is_directory(folder) ? folder.string() : std::string();
+}
+
+Scene ImportOwn(const std::string& name, const std::string& unit) {
+  ImportOptions options;
+  options.unit = unit;
+  options.strict = true;
+  const Result<Scene> scene =
+      ImportScene(std::string(ISOLUX_SOURCE_DIR) + "/scenes/" + name, options);
+  EXPECT_TRUE(scene.has_value()) << scene.error().message();
+  return scene.has_value() ? *scene : Scene();
+}
+
+TEST(OwnScenes, CornellBox) {
+  const Scene scene = ImportOwn("cornell_box/cornell_box.obj", "mm");
+  EXPECT_EQ(scene.file_polygon_count, 24U);
+  EXPECT_EQ(scene.polygons.size(), 24U);
+  EXPECT_EQ(scene.materials.size(), 4U);
+  EXPECT_NEAR(scene.origin_m.x, 0.278, 1e-12);
+  EXPECT_TRUE(scene.repairs.entries.empty());
+}
+
+TEST(OwnScenes, FurnaceCubeLooksInwards) {
+  const Scene scene = ImportOwn("furnace_cube.obj", "m");
+  ASSERT_EQ(scene.polygons.size(), 6U);
+  for (uint32_t p = 0; p < 6; ++p) {
+    const ConvexPolygon face = SideGeometry(scene, p, Side::kFront);
+    EXPECT_LT(glm::dot(face.Normal(), face.Centroid()), 0);
+  }
+}
+
+TEST(OwnScenes, RoomLooksInwards) {
+  const Scene scene = ImportOwn("room.obj", "m");
+  EXPECT_GT(scene.polygons.size(), 200U);
+  for (uint32_t p = 0; p < 6; ++p) {
+    const ConvexPolygon wall = SideGeometry(scene, p, Side::kFront);
+    EXPECT_LT(glm::dot(wall.Normal(), wall.Centroid()), -1);
+  }
+  const ConvexPolygon lamp = SideGeometry(scene, 6, Side::kFront);
+  EXPECT_EQ(lamp.Normal(), Vec3(0, 0, -1));
+  EXPECT_EQ(scene.polygons[6].sides & kFrontEmits, kFrontEmits);
+}
+
+struct Expected {
+  const char* name;
+  uint32_t file_polygons;
+};
+
+class SharedScene : public ::testing::TestWithParam<Expected> {};
+
+TEST_P(SharedScene, Imports) {
+  const std::string folder = SharedScenes();
+  if (folder.empty()) GTEST_SKIP() << "no collection of scenes; name its folder in ISOLUX_SHARED";
+  const std::string name = GetParam().name;
+  const auto start = std::chrono::steady_clock::now();
+  const Result<Scene> scene = ImportScene(folder + "/" + name + "/" + name + ".obj", {});
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+  ASSERT_TRUE(scene.has_value()) << scene.error().message();
+  EXPECT_EQ(scene->file_polygon_count, GetParam().file_polygons);
+  EXPECT_TRUE(Validate(*scene).ok()) << Validate(*scene).message();
+  uint32_t last = 0;
+  double area = 0;
+  for (uint32_t p = 0; p < scene->polygons.size(); ++p) {
+    EXPECT_LT(scene->polygons[p].file_polygon, scene->file_polygon_count);
+    last = std::max(last, scene->polygons[p].file_polygon);
+    area += SideGeometry(*scene, p, Side::kFront).Area();
+  }
+  std::printf("%s: %u polygons in the file, %zu in the scene, %zu vertices, %.6g m2, %.2f s\n",
+              name.c_str(), scene->file_polygon_count, scene->polygons.size(),
+              scene->vertices.size(), area, took.count());
+  for (const auto& entry : scene->repairs.entries) {
+    std::printf("  %s: %llu, for instance %s\n", entry.kind.c_str(),
+                static_cast<unsigned long long>(entry.count),
+                fs::path(entry.example).filename().c_str());
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Collection, SharedScene,
+    ::testing::Values(Expected{"cornell_box", 24}, Expected{"hospital", 11'215},
+                      Expected{"modern_hall", 30'924}, Expected{"rp_corridor", 355},
+                      Expected{"rp_cube", 66}, Expected{"simple_office", 422},
+                      Expected{"sponza_dabrovic", 66'957}, Expected{"veach_lamp", 3'392},
+                      Expected{"ward_office", 12'298}, Expected{"wooden_staircase", 262'662}),
+    [](const auto& scene) { return std::string(scene.param.name); });
+
+TEST(SharedScenes, RoomWithoutLampsIsRefused) {
+  const std::string folder = SharedScenes();
+  if (folder.empty()) GTEST_SKIP() << "no collection of scenes; name its folder in ISOLUX_SHARED";
+  const Result<Scene> scene = ImportScene(folder + "/grey_white_room/grey_white_room.obj", {});
+  ASSERT_FALSE(scene.has_value());
+  EXPECT_NE(scene.error().message().find("nothing emits light"), std::string::npos)
+      << scene.error().message();
+}
+
+}  // namespace
+}  // namespace isolux
