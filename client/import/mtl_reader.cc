@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "client/import/text_file.h"
+#include "common/util/file.h"
 
 namespace isolux {
 namespace {
@@ -87,7 +88,7 @@ bool IsGlass(const tinyobj::material_t& m) {
 }  // namespace
 
 Result<std::vector<MtlMaterial>> ReadMtl(const std::string& path) {
-  ASSIGN_OR_RETURN(std::string bytes, ReadWholeFile(path, kMostBytes));
+  ASSIGN_OR_RETURN(std::string bytes, ReadFile(path, kMostBytes));
   return ParseMtl(std::move(bytes), path);
 }
 

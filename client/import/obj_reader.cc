@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "client/import/text_file.h"
+#include "common/util/file.h"
 
 namespace isolux {
 namespace {
@@ -268,7 +269,7 @@ Result<ObjFile> Reader::Read() {
 }  // namespace
 
 Result<ObjFile> ReadObj(const std::string& path, const SceneLimits& limits) {
-  ASSIGN_OR_RETURN(std::string bytes, ReadWholeFile(path, kMostBytes));
+  ASSIGN_OR_RETURN(std::string bytes, ReadFile(path, kMostBytes));
   return ParseObj(std::move(bytes), path, limits);
 }
 

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 
 namespace isolux {
 namespace {
@@ -22,36 +21,6 @@ bool IsRegularFile(const fs::path& path) {
 }
 
 }  // namespace
-
-Result<std::string> ReadWholeFile(const std::string& path, uint64_t most_bytes) {
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status)) {
-    return Error(StatusCode::kNotFound, "{}: no such file; check the path", path);
-  }
-  if (!fs::is_regular_file(status)) {
-    return Error(StatusCode::kInvalidArgument, "{}: not a regular file", path);
-  }
-  const uint64_t size = fs::file_size(path, error);
-  if (error) return Error(StatusCode::kUnknown, "{}: {}", path, error.message());
-  if (size > most_bytes) {
-    return Error(StatusCode::kResourceExhausted, "{}: {} bytes, more than the limit of {}", path,
-                 size, most_bytes);
-  }
-  std::ifstream in(path, std::ios::binary);
-  std::string bytes(size, '\0');
-  in.read(bytes.data(), static_cast<std::streamsize>(size));
-  if (static_cast<uint64_t>(in.gcount()) != size) {
-    return Error(StatusCode::kPermissionDenied, "{}: could not be read; check its permissions",
-                 path);
-  }
-  return bytes;
-}
-
-Result<CleanText> CleanText::FromFile(const std::string& path, uint64_t most_bytes) {
-  ASSIGN_OR_RETURN(std::string bytes, ReadWholeFile(path, most_bytes));
-  return FromBytes(std::move(bytes), path);
-}
 
 Result<CleanText> CleanText::FromBytes(std::string bytes, std::string name) {
   CleanText result;

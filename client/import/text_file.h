@@ -1,10 +1,9 @@
-// What the readers of OBJ and MTL files share: whole files in memory, lines that are still known by
-// number after cleaning, numbers parsed strictly, files found whatever the case of their name.
+// What the readers of OBJ and MTL files share: lines that are still known by number after cleaning,
+// numbers parsed strictly, files found whatever the case of their name.
 #pragma once
 
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,15 +12,11 @@
 
 namespace isolux {
 
-// The bytes of a regular file of at most `most_bytes`.
-Result<std::string> ReadWholeFile(const std::string& path, uint64_t most_bytes);
-
 // A file's text made uniform without moving a byte: line ends are '\n', comments (# at the start of
 // a line or behind a blank) and the byte order mark are blanks, continued lines are joined.
 class CleanText {
  public:
   // Fails where the bytes are not text.
-  static Result<CleanText> FromFile(const std::string& path, uint64_t most_bytes);
   static Result<CleanText> FromBytes(std::string bytes, std::string name);
 
   const std::string& text() const { return text_; }

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include "client/import/text_file.h"
+#include "common/util/file.h"
 
 namespace isolux {
 namespace {
@@ -20,7 +20,7 @@ double FromSrgb(double encoded) {
 }
 
 Result<Rgb> LinearMean(const std::string& path, uint64_t most_pixels) {
-  ASSIGN_OR_RETURN(const std::string bytes, ReadWholeFile(path, kMostBytes));
+  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path, kMostBytes));
   const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
   const int size = static_cast<int>(bytes.size());
   int width = 0;

@@ -3,21 +3,20 @@
 
 #include <string>
 
+#include "common/util/file.h"
+
 namespace isolux::testing {
 
 class TempDir {
  public:
   TempDir();
-  ~TempDir();
-  TempDir(const TempDir&) = delete;
-  TempDir& operator=(const TempDir&) = delete;
 
-  const std::string& path() const { return path_; }
+  const std::string& path() const { return folder_.path(); }
   // Writes a file below the folder, making folders on the way, and returns its path.
   std::string Write(const std::string& name, const std::string& bytes) const;
 
  private:
-  std::string path_;
+  TemporaryDirectory folder_;
 };
 
 }  // namespace isolux::testing

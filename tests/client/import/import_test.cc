@@ -284,7 +284,7 @@ TEST_F(Import, KnowsTheFormatByTheExtension) {
   EXPECT_THAT(ImportScene(dir_.Write("scene.fbx", kLamp), {}).error().message(),
               HasSubstr("'.fbx' is not a scene format"));
   EXPECT_THAT(ImportScene(dir_.path() + "/gone.obj", {}).error().message(),
-              HasSubstr("no such file"));
+              HasSubstr("No such file"));
 }
 
 TEST_F(Import, AllFacesDegenerateIsAnError) {

@@ -118,9 +118,9 @@ TEST(ObjReader, RefusesWhatIsNoScene) {
                                   "ELF\n\0\0\0",
                                   8)),
               HasSubstr("not a text file"));
-  EXPECT_THAT(ReadObj("/nonexistent/room.obj").error().message(), HasSubstr("no such file"));
+  EXPECT_THAT(ReadObj("/nonexistent/room.obj").error().message(), HasSubstr("No such file"));
   const TempDir dir;
-  EXPECT_THAT(ReadObj(dir.path()).error().message(), HasSubstr("not a regular file"));
+  EXPECT_THAT(ReadObj(dir.path()).error().message(), HasSubstr("not a file"));
 }
 
 TEST(ObjReader, KeepsLimits) {
