@@ -1,11 +1,14 @@
 #include "common/rpc/channel.h"
 
+#include <grpc/support/log.h>
 #include <grpcpp/create_channel.h>
 #include <grpcpp/security/credentials.h>
 
 #include <algorithm>
 #include <charconv>
 #include <chrono>
+
+#include "common/util/log.h"
 
 namespace isolux {
 namespace {
@@ -17,6 +20,7 @@ constexpr const char* kServiceConfig = R"({
     "name": [
       {"service": "isolux.v1.JobService", "method": "GetJob"},
       {"service": "isolux.v1.JobService", "method": "ListJobs"},
+      {"service": "isolux.v1.JobService", "method": "ListWorkers"},
       {"service": "isolux.v1.JobService", "method": "CancelJob"}
     ],
     "retryPolicy": {
@@ -32,6 +36,10 @@ constexpr const char* kServiceConfig = R"({
 int Milliseconds(double seconds) { return static_cast<int>(seconds * 1000); }
 
 }  // namespace
+
+void RouteGrpcLog() {
+  gpr_set_log_function([](gpr_log_func_args* args) { LogDebug("gRPC: {}", args->message); });
+}
 
 Status ChannelOptions::Validate() const {
   const size_t colon = server.rfind(':');
@@ -50,6 +58,7 @@ Status ChannelOptions::Validate() const {
 }
 
 std::shared_ptr<grpc::Channel> MakeChannel(const ChannelOptions& options) {
+  RouteGrpcLog();
   grpc::ChannelArguments args;
   args.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, Milliseconds(options.keepalive_s));
   args.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, Milliseconds(options.keepalive_timeout_s));

@@ -25,6 +25,9 @@ struct ChannelOptions {
   Status Validate() const;
 };
 
+// gRPC's own messages go to our log, as debug lines: what matters reaches the caller as a status.
+void RouteGrpcLog();
+
 // Does not wait for the connection. Calls that change nothing when repeated are repeated up to four
 // times while the server is unavailable, by the channel's service configuration.
 std::shared_ptr<grpc::Channel> MakeChannel(const ChannelOptions& options);

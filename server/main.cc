@@ -1,0 +1,138 @@
+// isolux-server: the coordinator. Flags, start, signals; all else is in the libraries.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <condition_variable>
+#include <cstdio>
+#include <mutex>
+
+#include "common/util/build_info.h"
+#include "common/util/file.h"
+#include "common/util/log.h"
+#include "common/util/signals.h"
+#include "server/coordinator.h"
+
+namespace isolux {
+namespace {
+
+struct Flags {
+  CoordinatorOptions coordinator;
+  std::string data_dir;
+  std::string port_file;
+  std::string log_level = "info";
+  bool temporary = false;
+};
+
+constexpr int kUsage = 2;  // bad usage or bad input
+
+void AddFlags(CLI::App& app, Flags& flags) {
+  app.set_version_flag("--version", BuildId());
+  app.add_option("--listen", flags.coordinator.server.listen, "HOST:PORT; port 0: a free one")
+      ->capture_default_str();
+  app.add_option("--port-file", flags.port_file,
+                 "file that the port is written to once calls are answered");
+  app.add_option("--data-dir", flags.data_dir,
+                 "folder for jobs, scenes and results [~/.local/share/isolux]");
+  app.add_flag("--temporary", flags.temporary,
+               "keep everything in a temporary folder that is removed at the end");
+  app.add_flag("--insecure", flags.coordinator.server.insecure,
+               "allow an address that others can reach, without credentials");
+  app.add_option("--log-level", flags.log_level, "debug|info|warn|error|off")
+      ->capture_default_str();
+  app.add_option("--lease", flags.coordinator.sessions.lease_s,
+                 "seconds of silence after which a worker is given up")
+      ->check(CLI::Range(0.2, 3600.0))
+      ->capture_default_str();
+  app.add_option("--max-scene-bytes", flags.coordinator.queue.scene.bytes,
+                 "largest scene that is taken, bytes")
+      ->capture_default_str();
+  app.add_option("--max-polygons", flags.coordinator.queue.scene.polygons,
+                 "most polygons of a scene that is taken")
+      ->capture_default_str();
+  app.add_option("--max-jobs", flags.coordinator.queue.unfinished_jobs,
+                 "most jobs that are queued or running")
+      ->capture_default_str();
+}
+
+Result<std::string> DefaultDataDir() {
+  if (const char* xdg = std::getenv("XDG_DATA_HOME"); xdg != nullptr && *xdg != '\0') {
+    return std::string(xdg) + "/isolux";
+  }
+  if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0') {
+    return std::string(home) + "/.local/share/isolux";
+  }
+  return Error(StatusCode::kInvalidArgument, "HOME is not set: give a folder with --data-dir");
+}
+
+// Waits for SIGTERM or SIGINT; a second one ends the process at once.
+class StopRequest {
+ public:
+  StopRequest()
+      : signals_([this](int count) {
+          if (count > 1) ::_exit(1);
+          std::lock_guard lock(mutex_);
+          requested_ = true;
+          changed_.notify_all();
+        }) {}
+  void Wait() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return requested_; });
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool requested_ = false;
+  SignalWatcher signals_;
+};
+
+Status Serve(Flags& flags, StopRequest& stop) {
+  std::optional<TemporaryDirectory> temporary;
+  if (flags.temporary) {
+    ASSIGN_OR_RETURN(temporary, TemporaryDirectory::Make("isolux-server-"));
+    flags.data_dir = temporary->path();
+  } else if (flags.data_dir.empty()) {
+    ASSIGN_OR_RETURN(flags.data_dir, DefaultDataDir());
+  }
+  flags.coordinator.data_dir = flags.data_dir;
+  flags.coordinator.sessions.heartbeat_s = flags.coordinator.sessions.lease_s / 5;
+  ASSIGN_OR_RETURN(auto coordinator, Coordinator::Start(flags.coordinator));
+  if (!flags.port_file.empty()) {
+    RETURN_IF_ERROR(WriteFileDurably(flags.port_file, std::to_string(coordinator->port()) + "\n"));
+  }
+  LogInfo("{} listens on {}, data in {}", BuildId(), coordinator->address(), flags.data_dir);
+  stop.Wait();
+  LogInfo("stopping");
+  coordinator->Stop();
+  LogInfo("stopped");
+  return {};
+}
+
+int Main(int argc, char** argv) {
+  BlockTerminationSignals();
+  Flags flags;
+  CLI::App app("The coordinator of Isolux: takes scenes, runs jobs on the workers that connect.",
+               "isolux-server");
+  AddFlags(app, flags);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kUsage;
+  }
+  const Result<LogLevel> level = ParseLogLevel(flags.log_level);
+  Status status = CheckProcessor();
+  if (status.ok() && !level) status = level.error();
+  if (status.ok()) {
+    StartLog("isolux-server", *level);
+    StopRequest stop;
+    status = Serve(flags, stop);
+  }
+  if (status.ok()) return 0;
+  std::fprintf(stderr, "isolux-server: %s\n", status.message().c_str());
+  return status.code() == StatusCode::kInvalidArgument ? kUsage : 1;
+}
+
+}  // namespace
+}  // namespace isolux
+
+int main(int argc, char** argv) { return isolux::Main(argc, argv); }
