@@ -79,9 +79,9 @@ struct Shard::Impl {
   std::unique_ptr<NodeSampler> sampler;
   std::unique_ptr<Placement> placement;
   LinkSet links;
-  Snapshot snapshot;            // installed last
-  Snapshot solved;              // own leaves of the round just run
-  std::vector<uint8_t> closed;  // by surface
+  Snapshot snapshot;  // installed last
+  Snapshot solved;    // own leaves of the round just run
+  Scout scout;
 
   RefineScene refine_scene() const { return {&rays, sampler.get(), options.seed}; }
   Status Refine(double epsilon, Exchange& exchange, RefineCounters& counters) {
@@ -107,8 +107,8 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
   impl_->options = options;
   impl_->links = {};
   impl_->sampler = std::make_unique<NodeSampler>(impl_->tree);
-  impl_->closed = FindClosedSurfaces(impl_->hierarchy, impl_->rays, options.accuracy, options.seed,
-                                     impl_->pool);
+  impl_->scout =
+      ScoutEscapes(impl_->hierarchy, impl_->rays, options.accuracy, options.seed, impl_->pool);
   impl_->snapshot = AmbientSnapshot(impl_->hierarchy);
   std::vector<uint32_t> moved;
   RETURN_IF_ERROR(impl_->tree.Install(impl_->snapshot, &moved));
@@ -171,7 +171,7 @@ LeafSystem Shard::Impl::MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lan
     leaves.area_m2.push_back(tree.area_m2(node));
     leaves.reflectance.push_back(lanes(surface.reflectance));
     leaves.exitance.push_back(lanes(surface.exitance));
-    leaves.closure.push_back(closed[tree.node(node).id.surface] != 0 ? record.closure : 1.0);
+    leaves.closure.push_back(record.closure);
     start->push_back(lanes(record.irradiance));
   }
   return leaves;
@@ -184,14 +184,20 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
   Product product(tree, *placement, links, nodes, pool, exchange);
   std::vector<uint8_t> leaf_closed;
   for (const uint32_t node : nodes.leaves)
-    leaf_closed.push_back(closed[tree.node(node).id.surface]);
-  ASSIGN_OR_RETURN(const ClosureSummary closing,
-                   Close(product, leaves, leaf_closed, std::min(1e-3, 0.1 * accuracy), exchange));
+    leaf_closed.push_back(scout.closed[tree.node(node).id.surface]);
+  const double tolerance = std::min(1e-3, 0.1 * accuracy);
+  ASSIGN_OR_RETURN(ClosureSummary closing,
+                   Close(product, leaves, leaf_closed, tolerance, kLargestOpenRow, exchange));
   Transport transport(product, leaves);
   SolverOptions solver;
   solver.accuracy = accuracy;
-  ASSIGN_OR_RETURN(const SolverResult solution,
+  ASSIGN_OR_RETURN(SolverResult solution,
                    SolveConjugateGradients(transport, leaves, start, solver, exchange));
+  if (solution.indefinite) {
+    // Rows above 1 feed on themselves here: none is allowed.
+    ASSIGN_OR_RETURN(closing, Close(product, leaves, leaf_closed, tolerance, 1.0, exchange));
+    ASSIGN_OR_RETURN(solution, SolveConjugateGradients(transport, leaves, start, solver, exchange));
+  }
   ASSIGN_OR_RETURN(const ErrorEstimate errors,
                    EstimateError(product, tree, leaves, solution.irradiance, solution, exchange));
   const std::vector<double> escape = EscapeShares(nodes);
@@ -234,10 +240,11 @@ std::vector<double> Shard::Impl::EscapeShares(const ActiveNodes& nodes) const {
     for (size_t i = begin; i < end; ++i) {
       const uint32_t node = nodes.leaves[i];
       const NodeId& id = tree.node(node).id;
-      if (closed[id.surface] != 0) continue;
+      if (scout.closed[id.surface] != 0) continue;
       const LeafRecord& record = RecordAbove(node);
       // Seeded by the id, so a leaf's share never changes while it is one.
-      shares[i] = snapshot.round > 0 && record.id == id
+      shares[i] = id.is_surface() ? scout.escape[id.surface]
+                  : record.id == id
                       ? record.escape
                       : EscapeShare(hierarchy, rays, id, tree.polygon(node), options.seed);
     }

@@ -14,10 +14,15 @@ struct ClosureSummary {
   double worst_after = 0;
 };
 
+// Rows of leaves that may lose light can add up to anything below their area. Couplings that spread
+// evenly over a node what varies make them scatter by a fifth about the truth, so only rows far
+// above are cut down; cutting all above 1 would lose what the rows below 1 lack.
+inline constexpr double kLargestOpenRow = 1.5;
+
 // Improves leaves.closure, starting from what is there, until every row of a leaf with closed[i] !=
-// 0 adds up to its area within `tolerance`, or twenty products are spent. Other leaves keep
-// factor 1.
+// 0 adds up to its area within `tolerance` and no other row to more than `largest_open_row` areas,
+// or twenty products are spent. Open rows below that keep factor 1.
 Result<ClosureSummary> Close(Product& product, LeafSystem& leaves, std::span<const uint8_t> closed,
-                             double tolerance, Exchange& exchange);
+                             double tolerance, double largest_open_row, Exchange& exchange);
 
 }  // namespace isolux

@@ -73,8 +73,8 @@ struct Scouted {
 
 }  // namespace
 
-std::vector<uint8_t> FindClosedSurfaces(const Hierarchy& hierarchy, const RayScene& rays,
-                                        double accuracy, uint64_t seed, ThreadPool& pool) {
+Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, double accuracy, uint64_t seed,
+                   ThreadPool& pool) {
   const Scene& scene = hierarchy.scene();
   const auto surfaces = hierarchy.surfaces();
   const double total_area = hierarchy.clusters()[0].area_m2;
@@ -118,13 +118,15 @@ std::vector<uint8_t> FindClosedSurfaces(const Hierarchy& hierarchy, const RaySce
     p.area += hierarchy.surface_area_m2(s);
     p.reflecting += hierarchy.surface_area_m2(s) * std::max({rho.x, rho.y, rho.z});
   }
-  std::vector<uint8_t> closed(surfaces.size(), 0);
+  Scout scout{std::vector<float>(surfaces.size()), std::vector<uint8_t>(surfaces.size())};
   for (uint32_t s = 0; s < surfaces.size(); ++s) {
     const Pool& p = pools[components.Find(s)];
     const double absorbed = std::max(1e-6, 1 - p.reflecting / p.area);
-    closed[s] = p.escaped == 0 && static_cast<double>(p.rays) * accuracy * absorbed >= kClosedRays;
+    scout.escape[s] = static_cast<float>(scouted[s].escaped) / static_cast<float>(scouted[s].rays);
+    scout.closed[s] =
+        p.escaped == 0 && static_cast<double>(p.rays) * accuracy * absorbed >= kClosedRays;
   }
-  return closed;
+  return scout;
 }
 
 double EscapeShare(const Hierarchy& hierarchy, const RayScene& rays, const NodeId& id,

@@ -11,11 +11,16 @@
 
 namespace isolux {
 
-// For each surface, whether its component of the scene is closed: none of n pooled
-// cosine-distributed rays left it, with n ≥ 15/(a (1 − ρ̄)) for the accuracy a. Surfaces that see
-// each other along a ray are one component. Depends on the scene and the seed alone.
-std::vector<uint8_t> FindClosedSurfaces(const Hierarchy& hierarchy, const RayScene& rays,
-                                        double accuracy, uint64_t seed, ThreadPool& pool);
+// What a scout of the whole scene finds, for each surface. Depends on the scene and the seed alone.
+struct Scout {
+  std::vector<float> escape;    // share of cosine-distributed rays that reach no participating side
+  std::vector<uint8_t> closed;  // whether none of n pooled rays left the surface's component of the
+                                // scene, with n ≥ 15/(a (1 − ρ̄)) for the accuracy a
+};
+
+// Surfaces that see each other along a ray are one component.
+Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, double accuracy, uint64_t seed,
+                   ThreadPool& pool);
 
 // Share of cosine-distributed rays from an element that reach no participating side, from
 // 8·kEscapePackets seeded rays.

@@ -295,10 +295,10 @@ class Wavefront {
 LinkError ErrorOf(const Tree& tree, const Link& link, const NodeValues& p, const NodeValues& q) {
   LinkError error;
   if (tree.is_cluster(link.p) || tree.is_cluster(link.q)) {
-    // All that could be exchanged is in doubt.
-    error.coupling_p_w = link.variation_p * static_cast<double>(q.radiosity);
-    error.coupling_q_w = link.variation_p * static_cast<double>(p.radiosity);
-    error.total_w = std::max(error.coupling_p_w, error.coupling_q_w);
+    // Judged by all that could be exchanged at most; what is in doubt is likely the whole coupling.
+    error.coupling_p_w = link.unoccluded_m2 * static_cast<double>(q.radiosity);
+    error.coupling_q_w = link.unoccluded_m2 * static_cast<double>(p.radiosity);
+    error.total_w = link.variation_p * static_cast<double>(std::max(p.radiosity, q.radiosity));
     error.split =
         SizeOf(tree, link.p) >= SizeOf(tree, link.q) ? Verdict::kSplitP : Verdict::kSplitQ;
     return error;

@@ -115,8 +115,9 @@ class ConjugateGradients {
     ASSIGN_OR_RETURN(const auto sums, ReduceSums(exchange_, {curvature}, 0, &unused));
     Lanes alpha{};
     for (int c = 0; c < kChannels; ++c) {
-      // A direction without curvature says that the lane has nothing left to gain.
-      if (done_[c] || !(sums[0][c] > 0)) {
+      if (done_[c]) continue;
+      if (!(sums[0][c] > 0)) {
+        result_.indefinite |= sums[0][c] < 0;
         done_[c] = true;
         continue;
       }
@@ -157,6 +158,7 @@ class ConjugateGradients {
     for (int c = 0; c < kChannels; ++c) {
       result_.largest_eigenvalue = std::max(result_.largest_eigenvalue, Eigenvalue(c));
     }
+    result_.indefinite |= result_.largest_eigenvalue >= 1;
     return std::move(result_);
   }
 
@@ -193,7 +195,7 @@ class ConjugateGradients {
       diagonal[k] = 1 / alpha[k] + (k > 0 ? beta[k - 1] / alpha[k - 1] : 0.0);
       if (k > 0) off[k - 1] = std::sqrt(beta[k - 1]) / alpha[k - 1];
     }
-    return std::clamp(1 - SmallestEigenvalue(diagonal, off), 0.0, 1 - 1e-9);
+    return std::clamp(1 - SmallestEigenvalue(diagonal, off), 0.0, 1.0);
   }
 
   Transport& transport_;

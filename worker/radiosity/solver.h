@@ -48,6 +48,7 @@ struct SolverResult {
   uint32_t products = 0;
   double residual = 0;            // residual power over emitted power, the largest of the channels
   double largest_eigenvalue = 0;  // λ, the largest Ritz value of the reflection operator
+  bool indefinite = false;        // λ ≥ 1: more light comes back than left, there is no solution
 };
 
 // Conjugate gradients from the given irradiance (Hestenes and Stiefel 1952).

@@ -138,7 +138,8 @@ TEST(Product, ReturnsAllThatAClosedRoomIsGiven) {
 TEST(Closure, BringsRowsOfAClosedRoomToTheirArea) {
   Bench bench(testing::FurnaceCube(0.5, 1), 1e-3);
   const std::vector<uint8_t> closed(bench.system.size(), 1);
-  const auto summary = Close(*bench.product, bench.system, closed, 1e-4, bench.exchange);
+  const auto summary =
+      Close(*bench.product, bench.system, closed, 1e-4, kLargestOpenRow, bench.exchange);
   ASSERT_TRUE(summary.has_value());
   EXPECT_GT(summary->worst_before, 0.01);
   EXPECT_LE(summary->worst_after, 1e-4);
@@ -156,11 +157,11 @@ TEST(Escape, TellsClosedFromOpen) {
   ThreadPool pool(2);
   const Scene closed_scene = testing::FurnaceCube(0.5, 1);
   const Hierarchy closed(closed_scene);
-  for (const uint8_t c : FindClosedSurfaces(closed, RayScene(closed), 0.02, 1, pool))
+  for (const uint8_t c : ScoutEscapes(closed, RayScene(closed), 0.02, 1, pool).closed)
     EXPECT_EQ(c, 1);
   const Scene open_scene = testing::CornellBox(false);
   const Hierarchy open(open_scene);
-  for (const uint8_t c : FindClosedSurfaces(open, RayScene(open), 0.02, 1, pool)) EXPECT_EQ(c, 0);
+  for (const uint8_t c : ScoutEscapes(open, RayScene(open), 0.02, 1, pool).closed) EXPECT_EQ(c, 0);
 }
 
 // (I − R K R) y = R K E by Gaussian elimination, K column by column from products.
