@@ -47,8 +47,8 @@ struct JobLimits {
   double start_lease_s = 120;       // lease while it builds the scene
   uint64_t memory_share_bytes = 0;  // of links and nodes; guards whatever the options say; 0:
                                     // derived from the machine's memory
-  uint32_t gather_batch = 65536;  // elements asked for at once
-  OutputMeshOptions output;       // its accuracy is taken from the job
+  uint32_t gather_batch = 65536;    // elements asked for at once
+  OutputMeshOptions output;         // its accuracy is taken from the job
 };
 
 // Finer news between rounds.

@@ -1,0 +1,37 @@
+// Asks the workers for the irradiance at the corners of elements and adds up what they give.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "common/hierarchy/node_id.h"
+#include "common/util/status.h"
+#include "server/crew.h"
+
+namespace isolux {
+
+class GatherWaves {
+ public:
+  // `batch`: elements asked for at once; the workers have the next batch while one is added up.
+  GatherWaves(Crew& crew, double accuracy, uint32_t batch)
+      : crew_(crew), accuracy_(accuracy), batch_(batch) {}
+
+  // W/m²: 4 corners × 3 channels an element. The elements are sorted by id. `news` hears how many
+  // elements are done, over all calls.
+  Result<std::vector<double>> Gather(const std::vector<NodeId>& elements,
+                                     const std::function<void(uint64_t)>& news);
+
+  uint64_t rays() const { return rays_; }
+
+ private:
+  Status Ask(const std::vector<NodeId>& elements, size_t begin);
+  Status Take(size_t begin, size_t count, std::vector<double>* irradiance);
+
+  Crew& crew_;
+  const double accuracy_;
+  const uint32_t batch_;
+  uint64_t gathered_ = 0, rays_ = 0;
+};
+
+}  // namespace isolux

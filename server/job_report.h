@@ -1,0 +1,39 @@
+// What the coordinator makes of the workers' reports: the row of a round, and the comments of the
+// patch file. Pure functions.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/hierarchy/assignment.h"
+#include "common/hierarchy/shard_data.h"
+#include "common/scene/scene.h"
+#include "common/scene/solve_options.h"
+#include "common/util/status.h"
+#include "server/balance.h"
+#include "server/relay.h"
+#include "server/traffic.h"
+
+namespace isolux {
+
+// The row of a round from the reports of all workers; times and bytes that the coordinator alone
+// knows are left 0. Fails where workers disagree on what must be equal at all of them: the crown's
+// links and the collective figures.
+Result<RoundSummary> MergeReports(const PerWorker<RoundReport>& reports, uint32_t round);
+
+ErrorHistogram MergeHistograms(const PerWorker<RoundReport>& reports);
+
+// Loads of the cut's nodes, each as its home reported it.
+Result<CutLoads> MergeLoads(const PerWorker<RoundReport>& reports, const Assignment& assignment);
+
+// `comment isolux KEY VALUE` lines of the patch file: what was asked, what was reached, one line a
+// round, bytes by phase.
+std::vector<std::pair<std::string, std::string>> MakeComments(const Scene& scene,
+                                                              const std::string& scene_hash,
+                                                              const SolveOptions& options,
+                                                              const SolveSummary& summary,
+                                                              const Traffic& traffic);
+
+}  // namespace isolux
