@@ -14,7 +14,8 @@ constexpr double kWorthARound = 0.7;  // a budget that allows no smaller step en
 constexpr double kAimAt = 0.9;        // of the accuracy asked for
 constexpr double kErrorPower = 0.3, kLeastPower = 0.2, kMostPower = 0.5;  // error ~ ε^power
 constexpr double kLinkPower = 0.75;                                       // links ~ ε^-power
-constexpr double kGatherSecondsPerElement = 2e-4;                         // of one worker
+constexpr double kLinkPowerBlind = 1.0;            // the same, to be safe, without a histogram
+constexpr double kGatherSecondsPerElement = 2e-4;  // of one worker
 
 // Factor by which ε should fall to reach the accuracy.
 double WantedStep(const ScheduleInput& input) {
@@ -32,14 +33,15 @@ double WantedStep(const ScheduleInput& input) {
   return std::isfinite(step) ? std::clamp(step, kSmallestStep, kLargestStep) : kPlainStep;
 }
 
-// Whether ε would keep the links (or their memory) within `budget`, both counted in links.
+// Whether ε would keep the links (or their memory) within `budget`, both counted in links. The
+// histogram knows which links are about to be divided, the law what becomes of those that are made.
 bool Fits(const ScheduleInput& input, double epsilon, double budget) {
   const RoundSummary& last = input.rounds.back();
-  const double links = input.has_histogram
-                           ? PredictLinks(input.histogram, epsilon)
-                           : static_cast<double>(last.links) *
-                                 std::pow(last.epsilon / epsilon, std::log2(kChildrenPerSplit));
-  return links <= budget;
+  const double falls = last.epsilon / epsilon;
+  const double by_law = static_cast<double>(last.links) *
+                        std::pow(falls, input.has_histogram ? kLinkPower : kLinkPowerBlind);
+  const double by_histogram = input.has_histogram ? PredictLinks(input.histogram, epsilon) : 0;
+  return std::max(by_law, by_histogram) <= budget;
 }
 
 // The smallest ε not below `wanted` that fits; nothing where not even a small step does.

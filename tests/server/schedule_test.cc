@@ -1,0 +1,194 @@
+#include "server/schedule.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace isolux {
+namespace {
+
+// A scene as measured: error = 0.05 · (ε/Φ / 1e-2)^0.3, links = 500 · (ε/Φ / 1e-2)^-0.75.
+struct Model {
+  double emitted_w = 100;
+  double error_at_1 = 0.2;
+  double links_at_1 = 500;
+  double seconds_per_link = 1e-5;
+  double seconds = 0;
+
+  RoundSummary Run(uint32_t round, double epsilon) {
+    RoundSummary row;
+    const double relative = epsilon / emitted_w / 1e-2;
+    row.round = round;
+    row.epsilon = epsilon;
+    row.error_estimate = error_at_1 * std::pow(relative, 0.3);
+    row.links = static_cast<uint64_t>(links_at_1 * std::pow(relative, -0.75));
+    row.elements = row.links / 4;
+    row.memory_bytes = row.links * 64;
+    seconds += static_cast<double>(row.links) * seconds_per_link;
+    row.seconds = seconds;
+    return row;
+  }
+
+  // Errors spread over the four bins below ε.
+  ErrorHistogram Histogram(const RoundSummary& row) const {
+    ErrorHistogram histogram;
+    const int top = std::ilogb(row.epsilon) - ErrorHistogram::kLowest;
+    for (int i = 0; i < 4; ++i) histogram.count[static_cast<size_t>(top - 1 - i)] = row.links / 4;
+    return histogram;
+  }
+};
+
+struct Course {
+  std::vector<RoundSummary> rounds;
+  EndReason reason = EndReason::kFinished;
+};
+
+Course RunModel(Model model, const SolveOptions& options, uint64_t memory_guard = 0) {
+  Course run;
+  for (int i = 0; i < 300; ++i) {
+    ScheduleInput input;
+    input.options = options;
+    input.emitted_w = model.emitted_w;
+    input.rounds = run.rounds;
+    input.memory_limit_bytes = memory_guard;
+    input.seconds = model.seconds;
+    if (!run.rounds.empty()) {
+      input.histogram = model.Histogram(run.rounds.back());
+      input.has_histogram = true;
+    }
+    const ScheduleDecision decision = DecideNext(input);
+    if (decision.stop) {
+      run.reason = decision.reason;
+      return run;
+    }
+    EXPECT_GT(decision.epsilon, 0);
+    EXPECT_GE(decision.accuracy, options.accuracy);
+    run.rounds.push_back(model.Run(static_cast<uint32_t>(run.rounds.size() + 1), decision.epsilon));
+  }
+  ADD_FAILURE() << "the schedule never ends";
+  return run;
+}
+
+TEST(ScheduleTest, ReachesTheAccuracyInFallingSteps) {
+  for (const double accuracy : {0.2, 0.1, 0.05, 0.02, 0.01}) {
+    SolveOptions options;
+    options.accuracy = accuracy;
+    const Course run = RunModel({}, options);
+    EXPECT_EQ(run.reason, EndReason::kAccuracy) << accuracy;
+    EXPECT_GE(run.rounds.size(), 2u);
+    EXPECT_LE(run.rounds.size(), 8u) << accuracy;
+    EXPECT_LE(run.rounds.back().error_estimate, accuracy);
+    EXPECT_GE(run.rounds.back().error_estimate, accuracy / 3) << "far too much work";
+    for (size_t i = 1; i < run.rounds.size(); ++i) {
+      const double step = run.rounds[i].epsilon / run.rounds[i - 1].epsilon;
+      EXPECT_LE(step, 0.5);
+      EXPECT_GE(step, 1.0 / 16.0001);
+    }
+  }
+}
+
+TEST(ScheduleTest, FollowsAGivenList) {
+  SolveOptions options;
+  options.epsilons = {5, 1, 0.25};
+  options.max_links = 10;  // does not count here
+  const Course run = RunModel({}, options);
+  ASSERT_EQ(run.rounds.size(), 3u);
+  EXPECT_EQ(run.rounds[2].epsilon, 0.25);
+  EXPECT_EQ(run.reason, EndReason::kRounds);
+}
+
+TEST(ScheduleTest, StopsAtTheMostRounds) {
+  SolveOptions options;
+  options.accuracy = 1e-4;
+  options.max_rounds = 3;
+  const Course run = RunModel({}, options);
+  EXPECT_EQ(run.rounds.size(), 3u);
+  EXPECT_EQ(run.reason, EndReason::kRounds);
+}
+
+TEST(ScheduleTest, KeepsWithinALinkBudget) {
+  for (const uint64_t budget : {2'000u, 20'000u, 300'000u}) {
+    SolveOptions options;
+    options.accuracy = 1e-4;
+    options.max_links = budget;
+    options.max_rounds = 100;
+    const Course run = RunModel({}, options);
+    EXPECT_EQ(run.reason, EndReason::kLinks);
+    EXPECT_LE(run.rounds.back().links, budget);
+    EXPECT_GE(run.rounds.back().links, budget / 8) << "most of the budget is left";
+  }
+}
+
+TEST(ScheduleTest, KeepsWithinMemoryWhoeverSetsTheLimit) {
+  SolveOptions options;
+  options.accuracy = 1e-4;
+  options.max_rounds = 100;
+  const Course guarded = RunModel({}, options, 64 * 100'000);
+  EXPECT_EQ(guarded.reason, EndReason::kMemory);
+  EXPECT_LE(guarded.rounds.back().memory_bytes, 64u * 100'000);
+  options.max_memory_bytes = 64 * 10'000;
+  const Course asked = RunModel({}, options, 64 * 100'000);
+  EXPECT_EQ(asked.reason, EndReason::kMemory);
+  EXPECT_LE(asked.rounds.back().memory_bytes, 64u * 10'000);
+}
+
+TEST(ScheduleTest, KeepsWithinTheTime) {
+  SolveOptions options;
+  options.accuracy = 1e-4;
+  options.max_seconds = 20;
+  options.max_rounds = 100;
+  const Course run = RunModel({}, options);
+  EXPECT_EQ(run.reason, EndReason::kSeconds);
+  const double gather_s = PredictGatherSeconds(run.rounds.back().elements, 1);
+  EXPECT_LE(run.rounds.back().seconds + gather_s, 20);
+  EXPECT_GE(run.rounds.back().seconds + gather_s, 4);
+}
+
+TEST(ScheduleTest, StopsWherePrecisionEnds) {
+  SolveOptions options;
+  options.accuracy = 1e-6;
+  options.max_rounds = 256;
+  Model model;
+  model.links_at_1 = 0;  // nothing that could be divided
+  const Course run = RunModel(model, options);
+  EXPECT_EQ(run.reason, EndReason::kPrecision);
+}
+
+TEST(ScheduleTest, FinishEndsAfterARoundAtLeast) {
+  ScheduleInput input;
+  input.emitted_w = 10;
+  input.finish = true;
+  EXPECT_FALSE(DecideNext(input).stop);
+  Model model;
+  const std::vector<RoundSummary> rounds{model.Run(1, 0.2)};
+  input.rounds = rounds;
+  const ScheduleDecision decision = DecideNext(input);
+  EXPECT_TRUE(decision.stop);
+  EXPECT_EQ(decision.reason, EndReason::kFinished);
+}
+
+TEST(ScheduleTest, OneRoundAloneProvesNothing) {
+  ScheduleInput input;
+  input.emitted_w = 10;
+  RoundSummary row;
+  row.epsilon = 0.2;
+  row.error_estimate = 0;  // too coarse to see anything
+  row.links = 6;
+  const std::vector<RoundSummary> rounds{row};
+  input.rounds = rounds;
+  const ScheduleDecision decision = DecideNext(input);
+  EXPECT_FALSE(decision.stop);
+  EXPECT_LT(decision.epsilon, 0.2);
+  EXPECT_GT(decision.epsilon, 0);
+}
+
+TEST(ScheduleTest, PredictedLinksGrowAsEpsilonFalls) {
+  ErrorHistogram histogram;
+  histogram.count[60] = 100;  // errors of 2^-4 to 2^-3
+  EXPECT_EQ(PredictLinks(histogram, 1.0), 100);
+  EXPECT_NEAR(PredictLinks(histogram, 0x1p-4), 220, 1e-9);
+  EXPECT_NEAR(PredictLinks(histogram, 0x1p-5), 484, 1e-9);
+}
+
+}  // namespace
+}  // namespace isolux
