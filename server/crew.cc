@@ -89,7 +89,11 @@ Result<bool> Crew::Poll(uint32_t worker, double lease_s, const Take& take) {
       return false;
     case MessageKind::kFailed: {
       ASSIGN_OR_RETURN(const Failed failed, DecodeMessage<Failed>(received->payload));
-      return tl::unexpected<Status>(failed.status.Within("worker " + member.slot.name));
+      // Whatever its code: it is the job that failed, the worker is there.
+      const StatusCode code = failed.status.code() == StatusCode::kUnavailable
+                                  ? StatusCode::kInternal
+                                  : failed.status.code();
+      return Error(code, "worker {}: {}", member.slot.name, failed.status.message());
     }
     default: {
       Result<bool> done = take(worker, std::move(*received));
