@@ -1,19 +1,12 @@
 #include "common/scene/patch_file.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <fstream>
-#include <sstream>
 #include <string_view>
 
 #include "common/util/bytes.h"
+#include "common/util/file.h"
 
 namespace isolux {
 namespace {
@@ -284,20 +277,6 @@ Status ReadFace(ByteReader& in, const Layout& layout, PatchFace* face) {
   return {};
 }
 
-Status WriteAll(int descriptor, const std::string& bytes) {
-  size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t count = ::write(descriptor, bytes.data() + done, bytes.size() - done);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return MakeStatus(StatusCode::kUnavailable, "{}", std::strerror(errno));
-    done += static_cast<size_t>(count);
-  }
-  if (::fsync(descriptor) != 0 && errno != EINVAL && errno != EROFS) {
-    return MakeStatus(StatusCode::kUnavailable, "{}", std::strerror(errno));
-  }
-  return {};
-}
-
 }  // namespace
 
 std::string PatchFile::Comment(const std::string& key) const {
@@ -385,37 +364,11 @@ Result<PatchFile> DecodePatchFile(const std::string& bytes, const std::string& n
 }
 
 Status WritePatchFile(const PatchFile& file, const std::string& path) {
-  const std::string part = path + ".part";
-  const int descriptor = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (descriptor < 0) {
-    return MakeStatus(StatusCode::kUnavailable, "{}: cannot be written: {}", part,
-                      std::strerror(errno));
-  }
-  Status status = WriteAll(descriptor, Encode(file));
-  if (::close(descriptor) != 0 && status.ok()) {
-    status = MakeStatus(StatusCode::kUnavailable, "{}", std::strerror(errno));
-  }
-  if (status.ok() && std::rename(part.c_str(), path.c_str()) != 0) {
-    status = MakeStatus(StatusCode::kUnavailable, "{}", std::strerror(errno));
-  }
-  if (status.ok()) return {};
-  std::remove(part.c_str());
-  return MakeStatus(status.code(), "{}: cannot be written: {}", path, status.message());
+  return WriteFileDurably(path, Encode(file));
 }
 
 Result<PatchFile> ReadPatchFile(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) {
-    return Error(StatusCode::kNotFound, "{}: cannot be read: {}", path, std::strerror(errno));
-  }
-  std::string bytes;
-  std::array<char, 1 << 16> buffer{};
-  while (stream.read(buffer.data(), buffer.size()) || stream.gcount() > 0) {
-    bytes.append(buffer.data(), static_cast<size_t>(stream.gcount()));
-  }
-  if (stream.bad()) {
-    return Error(StatusCode::kUnavailable, "{}: cannot be read: {}", path, std::strerror(errno));
-  }
+  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
   return DecodePatchFile(bytes, path);
 }
 
