@@ -4,6 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <condition_variable>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <mutex>
 
 #include "common/util/build_info.h"
@@ -17,7 +19,6 @@ namespace {
 
 struct Flags {
   CoordinatorOptions coordinator;
-  std::string data_dir;
   std::string port_file;
   std::string log_level = "info";
   bool temporary = false;
@@ -30,11 +31,11 @@ void AddFlags(CLI::App& app, Flags& flags) {
   app.add_option("--listen", flags.coordinator.server.listen, "HOST:PORT; port 0: a free one")
       ->capture_default_str();
   app.add_option("--port-file", flags.port_file,
-                 "file that the port is written to once calls are answered");
-  app.add_option("--data-dir", flags.data_dir,
+                 "file that the port is written to once calls are answered; -: standard output");
+  app.add_option("--data-dir", flags.coordinator.data_dir,
                  "folder for jobs, scenes and results [~/.local/share/isolux]");
   app.add_flag("--temporary", flags.temporary,
-               "keep everything in a temporary folder that is removed at the end");
+               "remove the folder at the end; without --data-dir it is a temporary one");
   app.add_flag("--insecure", flags.coordinator.server.insecure,
                "allow an address that others can reach, without credentials");
   app.add_option("--log-level", flags.log_level, "debug|info|warn|error|off")
@@ -86,21 +87,39 @@ class StopRequest {
   SignalWatcher signals_;
 };
 
+// The folder that is removed at the end, where one is asked for.
+struct RemovedAtTheEnd {
+  std::string path;
+  ~RemovedAtTheEnd() {
+    std::error_code ignored;  // nothing more can be done about it
+    if (!path.empty()) std::filesystem::remove_all(path, ignored);
+  }
+};
+
+Status TellPort(const std::string& port_file, int port) {
+  if (port_file.empty()) return {};
+  if (port_file != "-") return WriteFileDurably(port_file, std::to_string(port) + "\n");
+  std::printf("%d\n", port);
+  std::fflush(stdout);
+  return {};
+}
+
 Status Serve(Flags& flags, StopRequest& stop) {
-  std::optional<TemporaryDirectory> temporary;
-  if (flags.temporary) {
-    ASSIGN_OR_RETURN(temporary, TemporaryDirectory::Make("isolux-server-"));
-    flags.data_dir = temporary->path();
-  } else if (flags.data_dir.empty()) {
-    ASSIGN_OR_RETURN(flags.data_dir, DefaultDataDir());
+  RemovedAtTheEnd removed;
+  std::string& data_dir = flags.coordinator.data_dir;
+  if (data_dir.empty() && flags.temporary) {
+    ASSIGN_OR_RETURN(auto temporary, TemporaryDirectory::Make("isolux-server-"));
+    data_dir = temporary.Keep();
+  } else if (data_dir.empty()) {
+    ASSIGN_OR_RETURN(data_dir, DefaultDataDir());
   }
-  flags.coordinator.data_dir = flags.data_dir;
   flags.coordinator.sessions.heartbeat_s = flags.coordinator.sessions.lease_s / 5;
+  flags.coordinator.job.lease_s = flags.coordinator.sessions.lease_s;
   ASSIGN_OR_RETURN(auto coordinator, Coordinator::Start(flags.coordinator));
-  if (!flags.port_file.empty()) {
-    RETURN_IF_ERROR(WriteFileDurably(flags.port_file, std::to_string(coordinator->port()) + "\n"));
-  }
-  LogInfo("{} listens on {}, data in {}", BuildId(), coordinator->address(), flags.data_dir);
+  // Only now is the folder surely ours.
+  if (flags.temporary) removed.path = data_dir;
+  RETURN_IF_ERROR(TellPort(flags.port_file, coordinator->port()));
+  LogInfo("{} listens on {}, data in {}", BuildId(), coordinator->address(), data_dir);
   stop.Wait();
   LogInfo("stopping");
   coordinator->Stop();

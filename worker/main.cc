@@ -31,11 +31,9 @@ struct Flags {
 };
 
 void AddFlags(CLI::App& app, Flags& flags) {
-  if (const char* server = std::getenv("ISOLUX_SERVER"); server != nullptr && *server != '\0') {
-    flags.channel.server = server;
-  }
   app.set_version_flag("--version", BuildId());
-  app.add_option("--server", flags.channel.server, "HOST:PORT of the coordinator [ISOLUX_SERVER]")
+  app.add_option("--server", flags.channel.server, "HOST:PORT of the coordinator")
+      ->envname(kServerVariable)
       ->capture_default_str();
   app.add_option("--threads", flags.worker.threads, "that compute; 0: one a core")
       ->check(CLI::Range(0, 1024))

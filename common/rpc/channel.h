@@ -9,11 +9,10 @@
 #include <memory>
 #include <string>
 
+#include "common/rpc/server_address.h"
 #include "common/util/status.h"
 
 namespace isolux {
-
-inline constexpr const char* kDefaultServer = "127.0.0.1:7400";
 
 struct ChannelOptions {
   std::string server = kDefaultServer;  // host:port, [v6]:port

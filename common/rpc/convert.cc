@@ -8,36 +8,24 @@
 namespace isolux {
 namespace {
 
-// Strings in protocol messages must be UTF-8; file names need not be. Other bytes become '?'.
-std::string Text(const std::string& text) {
-  std::string clean = text.substr(0, std::min<size_t>(text.size(), kMaxTextBytes));
-  for (char& c : clean) {
-    if (static_cast<unsigned char>(c) >= 0x80) c = '?';
+// Bytes of the UTF-8 character that begins at text[i]; 0 where none does.
+size_t CharacterLength(const std::string& text, size_t i) {
+  const auto byte = [&](size_t k) { return static_cast<unsigned char>(text[i + k]); };
+  size_t length = 0;
+  unsigned char low = 0x80, high = 0xbf;  // of the second byte
+  if (byte(0) < 0x80) return 1;
+  if (byte(0) >= 0xc2 && byte(0) < 0xe0) length = 2;
+  if (byte(0) >= 0xe0 && byte(0) < 0xf0) length = 3;
+  if (byte(0) >= 0xf0 && byte(0) < 0xf5) length = 4;
+  if (byte(0) == 0xe0) low = 0xa0;   // longer than needed
+  if (byte(0) == 0xed) high = 0x9f;  // surrogates
+  if (byte(0) == 0xf0) low = 0x90;
+  if (byte(0) == 0xf4) high = 0x8f;  // beyond the last
+  if (length == 0 || i + length > text.size() || byte(1) < low || byte(1) > high) return 0;
+  for (size_t k = 2; k < length; ++k) {
+    if ((byte(k) & 0xc0) != 0x80) return 0;
   }
-  return clean;
-}
-
-// Keeps what is UTF-8 as it is.
-std::string Utf8OrAscii(const std::string& text) {
-  size_t i = 0;
-  while (i < text.size()) {
-    const auto c = static_cast<unsigned char>(text[i]);
-    const size_t length = c < 0x80                ? 1
-                          : c >= 0xc2 && c < 0xe0 ? 2
-                          : c >= 0xe0 && c < 0xf0 ? 3
-                          : c >= 0xf0 && c < 0xf5 ? 4
-                                                  : 0;
-    if (length == 0 || i + length > text.size()) return Text(text);
-    for (size_t k = 1; k < length; ++k) {
-      if ((static_cast<unsigned char>(text[i + k]) & 0xc0) != 0x80) return Text(text);
-    }
-    if (c == 0xe0 && static_cast<unsigned char>(text[i + 1]) < 0xa0) return Text(text);
-    if (c == 0xed && static_cast<unsigned char>(text[i + 1]) >= 0xa0) return Text(text);
-    if (c == 0xf0 && static_cast<unsigned char>(text[i + 1]) < 0x90) return Text(text);
-    if (c == 0xf4 && static_cast<unsigned char>(text[i + 1]) >= 0x90) return Text(text);
-    i += length;
-  }
-  return text.size() <= kMaxTextBytes ? text : Text(text);
+  return length;
 }
 
 void Put(const std::array<double, 3>& values, google::protobuf::RepeatedField<double>* field) {
@@ -79,6 +67,22 @@ Status TakeSummary(const v1::Job& message, SolveSummary* summary) {
 }
 
 }  // namespace
+
+std::string Utf8(const std::string& text) {
+  std::string clean;
+  for (size_t i = 0; i < text.size() && clean.size() < kMaxTextBytes;) {
+    const size_t length = CharacterLength(text, i);
+    if (length == 0) {
+      clean += '?';
+    } else if (clean.size() + length <= kMaxTextBytes) {
+      clean.append(text, i, length);
+    } else {
+      break;
+    }
+    i += std::max<size_t>(length, 1);
+  }
+  return clean;
+}
 
 const char* ToText(JobState state) {
   switch (state) {
@@ -184,9 +188,9 @@ void PutRepairs(const RepairReport& report,
   for (const RepairReport::Entry& entry : report.entries) {
     if (repairs->size() == kMaxRepairs) break;
     v1::Repair* repair = repairs->Add();
-    repair->set_kind(Utf8OrAscii(entry.kind));
+    repair->set_kind(Utf8(entry.kind));
     repair->set_count(entry.count);
-    repair->set_example(Utf8OrAscii(entry.example));
+    repair->set_example(Utf8(entry.example));
   }
 }
 
@@ -209,11 +213,11 @@ Result<RepairReport> TakeRepairs(const google::protobuf::RepeatedPtrField<v1::Re
 v1::Job ToProto(const JobInfo& job, bool whole) {
   v1::Job message;
   message.set_id(job.id);
-  message.set_name(Utf8OrAscii(job.name));
-  message.set_request_id(Utf8OrAscii(job.request_id));
+  message.set_name(Utf8(job.name));
+  message.set_request_id(Utf8(job.request_id));
   message.set_state(static_cast<v1::JobState>(job.state));
   message.set_code(static_cast<uint32_t>(job.error.code()));
-  message.set_message(Utf8OrAscii(job.error.ok() ? job.message : job.error.message()));
+  message.set_message(Utf8(job.error.ok() ? job.message : job.error.message()));
   *message.mutable_options() = ToProto(job.options);
   message.set_digest(job.digest);
   message.set_scene_bytes(job.scene_bytes);

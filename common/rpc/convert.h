@@ -26,6 +26,10 @@ Result<JobInfo> FromProto(const v1::Job& message);
 Result<RepairReport> TakeRepairs(const google::protobuf::RepeatedPtrField<v1::Repair>& repairs);
 FrameData FromProto(v1::Frame message);
 
+// Text for a protocol message, which holds nothing but UTF-8: other bytes become '?', and what is
+// longer than kMaxTextBytes is cut.
+std::string Utf8(const std::string& text);
+
 inline constexpr int kMaxRepairs = 1000;
 inline constexpr int kMaxTextBytes = 4096;  // of a name, a message, an example
 

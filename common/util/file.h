@@ -47,6 +47,8 @@ class TemporaryDirectory {
   ~TemporaryDirectory();
 
   const std::string& path() const { return path_; }
+  // Its path; somebody else removes it.
+  std::string Keep() { return std::exchange(path_, std::string()); }
 
  private:
   explicit TemporaryDirectory(std::string path) : path_(std::move(path)) {}

@@ -1,0 +1,43 @@
+// isolux fetch JOB -o room.ply [--server HOST:PORT]
+//
+// Brings the patch file of a job that is done.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "client/commands/commands.h"
+#include "client/commands/job_flags.h"
+
+namespace isolux {
+namespace {
+
+struct Options {
+  std::string server;
+  std::string output;
+  uint64_t job = 0;
+};
+
+int RunFetch(const Options& options) {
+  Interruption interruption;
+  auto client = Client::Make(options.server);
+  if (!client) return Fail("fetch", client.error());
+  interruption.Set([&client] { (*client)->Interrupt(); });
+  const Status status = (*client)->Fetch(options.job, options.output);
+  interruption.Set(nullptr);
+  if (interruption.happened()) return kExitInterrupted;
+  if (!status.ok()) return Fail("fetch", status);
+  std::fprintf(stderr, "wrote %s\n", options.output.c_str());
+  return 0;
+}
+
+}  // namespace
+
+void AddFetchCommand(CLI::App& app, Run& run) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("fetch", "bring the patch file of a job");
+  command->add_option("job", options->job, "number of the job")->required();
+  command->add_option("-o,--output", options->output, "patch file to write")->required();
+  AddServerFlag(*command, &options->server);
+  command->callback([options, &run] { run = [options] { return RunFetch(*options); }; });
+}
+
+}  // namespace isolux

@@ -1,0 +1,127 @@
+#include "client/job_text.h"
+
+#include <fmt/format.h>
+
+#include <ctime>
+#include <nlohmann/json.hpp>
+
+namespace isolux {
+namespace {
+
+using nlohmann::json;
+
+// Of all rounds; the summary's own figure comes with the end.
+uint64_t Rays(const SolveSummary& summary) {
+  if (summary.rays > 0) return summary.rays;
+  uint64_t rays = 0;
+  for (const RoundSummary& round : summary.rounds) rays += round.rays;
+  return rays;
+}
+
+double Seconds(const JobInfo& job) {
+  if (job.summary.seconds > 0) return job.summary.seconds;
+  return job.summary.rounds.empty() ? job.activity.seconds : job.summary.rounds.back().seconds;
+}
+
+uint32_t Workers(const JobInfo& job) {
+  return job.summary.workers > 0 ? job.summary.workers : job.activity.workers;
+}
+
+}  // namespace
+
+json ToJson(const JobInfo& job) {
+  const bool some = !job.summary.rounds.empty();
+  const RoundSummary last = some ? job.summary.rounds.back() : RoundSummary();
+  const auto known = [&](auto value) { return some ? json(value) : json(); };
+  json epsilons = json::array();
+  for (const RoundSummary& round : job.summary.rounds) epsilons.push_back(round.epsilon);
+  json repairs = json::array();
+  for (const RepairReport::Entry& entry : job.repairs.entries) {
+    repairs.push_back({{"kind", entry.kind}, {"count", entry.count}, {"example", entry.example}});
+  }
+  return {
+      {"job", job.id},
+      {"name", job.name},
+      {"state", ToText(job.state)},
+      {"message", job.error.ok() ? job.message : job.error.message()},
+      {"end_reason", job.state == JobState::kDone ? json(ToText(job.summary.end_reason)) : json()},
+      {"accuracy", job.options.accuracy},
+      {"error_estimate", known(last.error_estimate)},
+      {"error_parts", some ? json{{"spread", last.error_spread},
+                                  {"visibility", last.error_visibility},
+                                  {"coupling", last.error_coupling},
+                                  {"solver", last.error_solver}}
+                           : json()},
+      {"polygons", job.polygons},
+      {"elements", known(last.elements)},
+      {"links", known(last.links)},
+      {"rounds", job.summary.rounds.size()},
+      {"epsilons", epsilons},
+      {"rays", Rays(job.summary)},
+      {"seconds", Seconds(job)},
+      {"gather_seconds", job.summary.gather_s},
+      {"energy_imbalance", known(last.energy_imbalance)},
+      {"residual", known(last.residual)},
+      {"memory_bytes", known(last.memory_bytes)},
+      {"workers", Workers(job)},
+      {"request_id", job.request_id},
+      {"scene_hash", job.digest},
+      {"result_bytes", job.result_bytes},
+      {"repairs", repairs}};
+}
+
+std::string TimeText(int64_t unix_ms) {
+  if (unix_ms == 0) return "-";
+  const std::time_t seconds = unix_ms / 1000;
+  std::tm local{};
+  ::localtime_r(&seconds, &local);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &local);
+  return text;
+}
+
+std::string Summarize(const JobInfo& job) {
+  std::string line = fmt::format("job {} {}", job.id, ToText(job.state));
+  const std::string& why = job.error.ok() ? job.message : job.error.message();
+  if (!why.empty()) line += ": " + why;
+  if (!job.summary.rounds.empty()) {
+    const RoundSummary& last = job.summary.rounds.back();
+    line +=
+        fmt::format(", error {:.2f} %, {} rounds, {} links, {} elements", 100 * last.error_estimate,
+                    job.summary.rounds.size(), last.links, last.elements);
+  }
+  return line + fmt::format(", {:.1f} s", Seconds(job));
+}
+
+std::string Describe(const JobInfo& job) {
+  std::string text;
+  const auto row = [&](const char* name, const std::string& value) {
+    text += fmt::format("{:<18} {}\n", name, value);
+  };
+  row("job", fmt::format("{} ({})", job.id, job.name));
+  row("state", ToText(job.state));
+  const std::string& why = job.error.ok() ? job.message : job.error.message();
+  if (!why.empty()) row("because", why);
+  if (job.state == JobState::kRunning) row("doing", job.activity.phase);
+  row("submitted", TimeText(job.submitted_ms));
+  row("started", TimeText(job.started_ms));
+  row("ended", TimeText(job.finished_ms));
+  row("polygons", std::to_string(job.polygons));
+  row("accuracy", fmt::format("{:g} %", 100 * job.options.accuracy));
+  if (!job.summary.rounds.empty()) {
+    const RoundSummary& last = job.summary.rounds.back();
+    row("error estimate", fmt::format("{:.3f} %", 100 * last.error_estimate));
+    row("energy imbalance", fmt::format("{:.3f} %", 100 * last.energy_imbalance));
+    row("residual", fmt::format("{:.3g}", last.residual));
+    row("rounds", std::to_string(job.summary.rounds.size()));
+    row("elements", std::to_string(last.elements));
+    row("links", std::to_string(last.links));
+  }
+  row("rays", std::to_string(Rays(job.summary)));
+  row("seconds", fmt::format("{:.2f}", Seconds(job)));
+  row("workers", std::to_string(Workers(job)));
+  if (job.state == JobState::kDone) row("result", fmt::format("{} bytes", job.result_bytes));
+  return text;
+}
+
+}  // namespace isolux
