@@ -117,14 +117,16 @@ class Client::Impl {
 
   // Whether to try again: the server was there, and may be again.
   class Patience {
+    using Clock = std::chrono::steady_clock;
+
    public:
     explicit Patience(Impl* impl) : impl_(impl) {}
-    void Renew() { since_.reset(); }
+    void Renew() { since_ = {}; }
     bool Wait(const Status& status) {
       if (status.code() != StatusCode::kUnavailable || !impl_->connected_) return false;
-      const auto now = std::chrono::steady_clock::now();
-      if (!since_) since_ = now;
-      if (now - *since_ > std::chrono::duration<double>(kPatienceS)) return false;
+      const auto now = Clock::now();
+      if (since_ == Clock::time_point()) since_ = now;
+      if (now - since_ > std::chrono::duration<double>(kPatienceS)) return false;
       std::unique_lock lock(impl_->mutex_);
       impl_->changed_.wait_for(lock, std::chrono::milliseconds(300),
                                [&] { return impl_->interrupted_; });
@@ -133,7 +135,7 @@ class Client::Impl {
 
    private:
     Impl* const impl_;
-    std::optional<std::chrono::steady_clock::time_point> since_;
+    Clock::time_point since_{};  // of the first failure in a row
   };
 
   Result<JobInfo> Watch(uint64_t job, const Watcher& watcher);

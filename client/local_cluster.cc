@@ -70,6 +70,8 @@ Status LocalCluster::StartWorkers(const Options& options) {
 }
 
 void LocalCluster::Stop() {
+  // The server would wait for our connection, on which nobody answers between two calls.
+  client_.reset();
   for (ChildProcess& server : server_) server.Signal(SIGTERM);
   // They hold nothing that anybody needs.
   for (ChildProcess& worker : workers_) worker.Signal(SIGKILL);
