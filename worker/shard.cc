@@ -90,7 +90,8 @@ struct Shard::Impl {
   }
 
   const LeafRecord& RecordAbove(uint32_t node) const;
-  LeafSystem MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lanes>* start) const;
+  LeafSystem MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lanes>* start,
+                            std::vector<uint32_t>* old_leaf) const;
   Status Solve(const ActiveNodes& nodes, double accuracy, Exchange& exchange, RoundReport& report);
   Status AddEnergy(const LeafSystem& leaves, std::span<const Lanes> irradiance,
                    std::span<const double> escape, Exchange& exchange, RoundReport& report) const;
@@ -162,7 +163,8 @@ const LeafRecord& Shard::Impl::RecordAbove(uint32_t node) const {
   return snapshot.leaves[tree.first_leaf(node)];
 }
 
-LeafSystem Shard::Impl::MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lanes>* start) const {
+LeafSystem Shard::Impl::MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lanes>* start,
+                                       std::vector<uint32_t>* old_leaf) const {
   LeafSystem leaves;
   for (const uint32_t node : nodes.leaves) {
     const Surface& surface = tree.surface_of(node);
@@ -173,6 +175,7 @@ LeafSystem Shard::Impl::MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lan
     leaves.exitance.push_back(lanes(surface.exitance));
     leaves.closure.push_back(record.closure);
     start->push_back(lanes(record.irradiance));
+    old_leaf->push_back(static_cast<uint32_t>(&record - snapshot.leaves.data()));
   }
   return leaves;
 }
@@ -180,7 +183,8 @@ LeafSystem Shard::Impl::MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lan
 Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& exchange,
                           RoundReport& report) {
   std::vector<Lanes> start;
-  LeafSystem leaves = MakeLeafSystem(nodes, &start);
+  std::vector<uint32_t> old_leaf;
+  LeafSystem leaves = MakeLeafSystem(nodes, &start, &old_leaf);
   Product product(tree, *placement, links, nodes, pool, exchange);
   std::vector<uint8_t> leaf_closed;
   for (const uint32_t node : nodes.leaves)
@@ -199,7 +203,8 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
     ASSIGN_OR_RETURN(solution, SolveConjugateGradients(transport, leaves, start, solver, exchange));
   }
   ASSIGN_OR_RETURN(const ErrorEstimate errors,
-                   EstimateError(product, tree, leaves, solution.irradiance, solution, exchange));
+                   EstimateError(product, tree, leaves, solution.irradiance, {start, old_leaf},
+                                 solution, exchange));
   const std::vector<double> escape = EscapeShares(nodes);
   RETURN_IF_ERROR(AddEnergy(leaves, solution.irradiance, escape, exchange, report));
 

@@ -19,11 +19,19 @@ struct ErrorEstimate {
   std::vector<LeafError> leaves;  // own
   // Σ A |ΔH| / Σ A H over all leaves of all workers, and its parts.
   double total = 0, spread = 0, visibility = 0, coupling = 0, solver = 0;
+  double change = 0;  // Σ A |H − H of the round before| / Σ A H, over the old leaves
+};
+
+// What the round before had found, to see how much has changed: a solution that still moves is not
+// yet known.
+struct Previous {
+  std::span<const Lanes> irradiance;  // of the old leaf at or above each own leaf
+  std::span<const uint32_t> leaf;     // its number; own leaves below one old leaf follow each other
 };
 
 // One product. `irradiance`: H of own leaves.
 Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const LeafSystem& leaves,
-                                    std::span<const Lanes> irradiance, const SolverResult& solved,
-                                    Exchange& exchange);
+                                    std::span<const Lanes> irradiance, const Previous& previous,
+                                    const SolverResult& solved, Exchange& exchange);
 
 }  // namespace isolux

@@ -295,9 +295,15 @@ class Wavefront {
 LinkError ErrorOf(const Tree& tree, const Link& link, const NodeValues& p, const NodeValues& q) {
   LinkError error;
   if (tree.is_cluster(link.p) || tree.is_cluster(link.q)) {
-    // Judged by all that could be exchanged at most; what is in doubt is likely the whole coupling.
-    error.coupling_p_w = link.unoccluded_m2 * static_cast<double>(q.radiosity);
-    error.coupling_q_w = link.unoccluded_m2 * static_cast<double>(p.radiosity);
+    // Judged by all that could be exchanged at most. What is likely wrong is half of what is
+    // exchanged, since clusters are taken to look alike from all sides, and what eight rays do not
+    // tell.
+    const double exchanged = link.coupling_m2();
+    const double unseen = link.unoccluded_m2 * link.visibility_deviation();
+    error.coupling_p_w = exchanged * q.radiosity;
+    error.coupling_q_w = exchanged * p.radiosity;
+    error.visibility_p_w = unseen * q.radiosity;
+    error.visibility_q_w = unseen * p.radiosity;
     error.total_w = link.variation_p * static_cast<double>(std::max(p.radiosity, q.radiosity));
     error.split =
         SizeOf(tree, link.p) >= SizeOf(tree, link.q) ? Verdict::kSplitP : Verdict::kSplitQ;
