@@ -19,6 +19,10 @@ constexpr double kWeldTolerance = 1e-6;
 // A tolerance never goes below that of this share of the mean irradiance: dark corners are not
 // worth points.
 constexpr double kDarkShare = 0.05;
+// The accuracy is that of the mean; a single bend may be this much larger. Against a tolerance of
+// one accuracy the Cornell box at 5 % takes 42 % fewer elements, and its error grows from 2.64
+// to 2.70 %.
+constexpr double kBend = 2;
 // When a leaf is divided, before anything is known of its inside. A field that varies by r over a
 // leaf bends by about r/8 (a parabola) to r/4 (a corner) at its middle.
 constexpr double kContrast = 4;    // range of its corners, in tolerances
@@ -120,7 +124,7 @@ class Refinement {
   }
 
   double Tolerance(double irradiance) const {
-    return options_.accuracy * std::max(irradiance, kDarkShare * mean_);
+    return kBend * options_.accuracy * std::max(irradiance, kDarkShare * mean_);
   }
 
   // Gathers a wave. `bends`: how far each differs from what was expected, in tolerances.

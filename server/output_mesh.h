@@ -12,9 +12,8 @@
 namespace isolux {
 
 struct OutputMeshOptions {
-  double accuracy =
-      0.02;       // bend of the irradiance over an edge, relative, above which it is divided
-  int waves = 4;  // at most; the first is the leaves themselves
+  double accuracy = 0.02;  // of the solution; where irradiance bends by twice that, it is divided
+  int waves = 4;           // at most; the first is the leaves themselves
   uint64_t max_elements = 4'000'000;
 };
 
