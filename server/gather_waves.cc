@@ -25,9 +25,9 @@ Status GatherWaves::Take(size_t begin, size_t count, std::vector<double>* irradi
   std::vector<int64_t> total(count * kNumbersPerElement, 0);
   std::optional<int> exponent;
   bool overflow = false;
-  for (const auto& message : messages) {
-    if (!message) continue;
-    ASSIGN_OR_RETURN(const GatherPart part, DecodeMessage<GatherPart>(message->payload));
+  for (size_t w = 0; w < messages.size(); ++w) {
+    if (!messages[w]) continue;
+    ASSIGN_OR_RETURN(const GatherPart part, DecodeMessage<GatherPart>(messages[w]->payload));
     if (part.sums.size() != total.size()) {
       return MakeStatus(StatusCode::kInternal, "gather: {} sums for {} elements", part.sums.size(),
                         count);
@@ -38,6 +38,7 @@ Status GatherWaves::Take(size_t begin, size_t count, std::vector<double>* irradi
     }
     exponent = part.exponent;
     rays_ += part.rays;
+    cpu_s_[w] += part.cpu_s;
     for (size_t i = 0; i < total.size(); ++i) {
       overflow |= __builtin_add_overflow(total[i], part.sums[i], &total[i]);
     }

@@ -15,7 +15,7 @@ class GatherWaves {
  public:
   // `batch`: elements asked for at once; the workers have the next batch while one is added up.
   GatherWaves(Crew& crew, double accuracy, uint32_t batch)
-      : crew_(crew), accuracy_(accuracy), batch_(batch) {}
+      : crew_(crew), accuracy_(accuracy), batch_(batch), cpu_s_(crew.size(), 0.0) {}
 
   // W/m²: 4 corners × 3 channels an element. The elements are sorted by id. `news` hears how many
   // elements are done, over all calls.
@@ -23,6 +23,7 @@ class GatherWaves {
                                      const std::function<void(uint64_t)>& news);
 
   uint64_t rays() const { return rays_; }
+  const std::vector<double>& cpu_s() const { return cpu_s_; }  // of each worker
 
  private:
   Status Ask(const std::vector<NodeId>& elements, size_t begin);
@@ -32,6 +33,7 @@ class GatherWaves {
   const double accuracy_;
   const uint32_t batch_;
   uint64_t gathered_ = 0, rays_ = 0;
+  std::vector<double> cpu_s_;
 };
 
 }  // namespace isolux

@@ -183,6 +183,7 @@ Result<PatchFile> JobRunner::Impl::RunEpoch() {
         });
       }));
   summary.gather_s = SecondsSince(start);
+  summary.gather_cpu_s = waves.cpu_s();
   summary.workers = crew->present_count();
   summary.rays = waves.rays();
   for (const RoundSummary& row : summary.rounds) summary.rays += row.rays;

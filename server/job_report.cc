@@ -158,6 +158,8 @@ std::vector<std::pair<std::string, std::string>> MakeComments(const Scene& scene
   add("rays", summary.rays);
   comments.emplace_back("seconds", fmt::format("{:.3f}", summary.seconds));
   comments.emplace_back("gather_s", fmt::format("{:.3f}", summary.gather_s));
+  comments.emplace_back("gather_cpu_s",
+                        fmt::format("{:.3f}", fmt::join(summary.gather_cpu_s, " ")));
   add("workers", summary.workers);
   for (const RoundSummary& row : summary.rounds) comments.emplace_back("round", RoundLine(row));
   for (int i = 0; i < kPhaseCount; ++i) {

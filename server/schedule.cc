@@ -17,20 +17,23 @@ constexpr double kLinkPower = 0.75;                                       // lin
 constexpr double kLinkPowerBlind = 1.0;            // the same, to be safe, without a histogram
 constexpr double kGatherSecondsPerElement = 2e-4;  // of one worker
 
-// Factor by which ε should fall to reach the accuracy.
+// Factor by which ε should fall to reach the accuracy. The first round's estimate counts for
+// little: without a solution to look at it cannot know how values vary within a link.
 double WantedStep(const ScheduleInput& input) {
+  const size_t count = input.rounds.size();
   const RoundSummary& last = input.rounds.back();
   double power = kErrorPower;
-  if (input.rounds.size() >= 2) {
-    const RoundSummary& before = input.rounds[input.rounds.size() - 2];
+  if (count >= 2) {
+    const RoundSummary& before = input.rounds[count - 2];
     if (last.links == before.links) return kSmallestStep;  // ε is far above every link's error
     const double falls = std::log(before.error_estimate / last.error_estimate) /
                          std::log(before.epsilon / last.epsilon);
-    if (std::isfinite(falls)) power = std::clamp(falls, kLeastPower, kMostPower);
+    if (count >= 3 && std::isfinite(falls)) power = std::clamp(falls, kLeastPower, kMostPower);
   }
   const double missing = kAimAt * input.options.accuracy / last.error_estimate;
   const double step = std::pow(missing, 1 / power);
-  return std::isfinite(step) ? std::clamp(step, kSmallestStep, kLargestStep) : kPlainStep;
+  if (!std::isfinite(step)) return kPlainStep;
+  return std::clamp(step, kSmallestStep, count == 1 ? kPlainStep : kLargestStep);
 }
 
 // Whether ε would keep the links (or their memory) within `budget`, both counted in links. The

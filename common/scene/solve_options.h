@@ -65,7 +65,8 @@ struct SolveSummary {
   std::vector<RoundSummary> rounds;
   EndReason end_reason = EndReason::kAccuracy;
   double seconds = 0;
-  double gather_s = 0;
+  double gather_s = 0;                // wall
+  std::vector<double> gather_cpu_s;   // CPU of each worker in the gather
   uint32_t workers = 0;
   uint64_t rays = 0;  // shadow rays of all rounds and the gather
 };
