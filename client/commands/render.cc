@@ -20,7 +20,7 @@ namespace {
 constexpr int64_t kMostPixels = 1LL << 28;
 
 struct Options {
-  std::string patch_file, camera_file, output, tone_map = "reinhard";
+  std::string patch_file, camera_file, output, tone_map = "reinhard", up = "auto";
   RenderOptions render;
   double exposure_stops = 0;
   int width = 0, height = 0, threads = 0;  // 0: the camera's; one a core
@@ -74,7 +74,9 @@ Status RenderToFile(const Options& options) {
   ASSIGN_OR_RETURN(const PatchFile file, ReadPatchFile(options.patch_file));
   auto scene = PatchScene::Build(file);
   if (!scene.has_value()) return scene.error().Within(options.patch_file);
-  if (options.camera_file.empty()) camera = GuessCamera(*scene);
+  if (options.camera_file.empty()) {
+    camera = GuessCamera(*scene, options.up == "y" ? 1 : options.up == "z" ? 2 : 0);
+  }
   RETURN_IF_ERROR(SetSize(options, &camera));
 
   ThreadPool pool(options.threads);
@@ -108,6 +110,9 @@ void AddRenderCommand(CLI::App& app, Run& run) {
   command->add_option("--camera", options->camera_file,
                       "camera.json: eye, target, up, fov_y_deg, width, height, in the scene file's "
                       "unit (default: a view that shows much)");
+  command->add_option("--up", options->up, "without a camera: which axis is up, y, z or auto")
+      ->check(CLI::IsMember({"auto", "y", "z"}))
+      ->capture_default_str();
   command->add_option("-o,--output", options->output, "picture, .png or .exr")->required();
   command->add_option("--samples", options->render.samples, "rays a pixel")
       ->check(CLI::Range(1, 65536))

@@ -67,23 +67,35 @@ constexpr double kEyeHeight = 0.55;  // of the room's height
 constexpr double kOpenShare = 0.75;  // of rays through a side that must get out for it to be open
 constexpr uint64_t kGuessSeed = 0x15011;
 
-int UpAxis(const PatchScene& scene) {
-  // Lamps shine down: where they shine along −z, and z is the shortest extent, z is up.
+// Height of the lamps along each axis, from -1 (low end) to 1 (high end); each counts by its power
+// and by how far it faces along the axis.
+Vec3 LampHeight(const PatchScene& scene) {
   const PatchFile& file = scene.file();
-  Vec3 shine(0.0);
+  const Vec3 centre = scene.bounds().Centre();
+  const Vec3 half = glm::max(0.5 * scene.bounds().Extent(), Vec3(1e-300));
+  Vec3 height(0.0);
+  double power = 0;
   for (const PatchFace& face : file.faces) {
     const double emission =
         static_cast<double>(face.emission[0]) + face.emission[1] + face.emission[2];
     if (!(emission > 0)) continue;
     const Vec3 origin = file.vertices[face.vertices[0]].position;
+    Vec3 area(0.0);
     for (size_t i = 1; i + 1 < face.vertices.size(); ++i) {
-      shine += emission * glm::cross(file.vertices[face.vertices[i]].position - origin,
-                                     file.vertices[face.vertices[i + 1]].position - origin);
+      area += glm::cross(file.vertices[face.vertices[i]].position - origin,
+                         file.vertices[face.vertices[i + 1]].position - origin);
     }
+    height += emission * glm::abs(area) * ((origin - centre) / half);
+    power += emission * glm::length(area);
   }
-  const Vec3 extent = scene.bounds().Extent();
-  const bool lies_flat = extent.z < extent.x && extent.z < extent.y;
-  return lies_flat && -shine.z > std::abs(shine.x) && -shine.z > std::abs(shine.y) ? 2 : 1;
+  return power > 0 ? height / power : Vec3(0.0);
+}
+
+// y, unless lamps hang high along z and the scene is lower than deep.
+int UpAxis(const PatchScene& scene) {
+  constexpr double kHigh = 0.5, kClearly = 0.25;
+  const Vec3 lamps = LampHeight(scene), extent = scene.bounds().Extent();
+  return lamps.z > kHigh && lamps.z > lamps.y + kClearly && extent.z < extent.y ? 2 : 1;
 }
 
 Vec3 Axis(int axis) {
@@ -130,28 +142,47 @@ Camera OutsideCamera(const PatchScene& scene, int up, int axis, double sign) {
   return camera;
 }
 
+// Calls look(direction) for rays spread over the picture; returns how many.
+template <typename Look>
+int LookAround(const Camera& camera, const Look& look) {
+  constexpr int kColumns = 12, kRows = 9;
+  for (int y = 0; y < kRows; ++y) {
+    for (int x = 0; x < kColumns; ++x) {
+      look(glm::normalize(camera.Direction((x + 0.5) * camera.width / kColumns,
+                                           (y + 0.5) * camera.height / kRows)));
+    }
+  }
+  return kColumns * kRows;
+}
+
+// Share of the picture that is not background.
+double LitShare(const PatchScene& scene, const Camera& camera) {
+  double lit = 0;
+  const int rays = LookAround(camera, [&](const Vec3& direction) {
+    if (scene.Cast(camera.eye, direction).has_value()) ++lit;
+  });
+  return lit / rays;
+}
+
 // How much of the scene a view shows: rays that meet lit sides, far rather than near, and many
 // different polygons; little where the eye is inside or behind something.
 double ViewValue(const PatchScene& scene, const Camera& camera) {
-  constexpr int kColumns = 12, kRows = 9;
+  constexpr double kTwins = 1e-4;   // the sides of one polygon may be hit this far apart
   constexpr double kVariety = 1.5;  // a polygon more is worth this many rays of a diagonal's length
   double value = 0;
   std::set<uint32_t> polygons;
-  for (int y = 0; y < kRows; ++y) {
-    for (int x = 0; x < kColumns; ++x) {
-      const Vec3 direction = glm::normalize(
-          camera.Direction((x + 0.5) * camera.width / kColumns, (y + 0.5) * camera.height / kRows));
-      const auto hit = scene.Cast(camera.eye, direction, true);
-      if (!hit.has_value()) continue;
-      if (hit->from_behind) {
-        value -= 1;
-        continue;
-      }
-      value += std::min(1.0, hit->distance / scene.bounds().Diagonal());
-      polygons.insert(scene.file().faces[hit->face].polygon);
+  const int rays = LookAround(camera, [&](const Vec3& direction) {
+    const auto nearest = scene.Cast(camera.eye, direction, true);
+    if (!nearest.has_value()) return;
+    const auto hit = scene.Cast(camera.eye, direction);
+    if (!hit.has_value() || hit->distance > nearest->distance * (1 + kTwins)) {
+      value -= 1;
+      return;
     }
-  }
-  return (value + kVariety * static_cast<double>(polygons.size())) / (kColumns * kRows);
+    value += std::min(1.0, hit->distance / scene.bounds().Diagonal());
+    polygons.insert(scene.file().faces[hit->face].polygon);
+  });
+  return (value + kVariety * static_cast<double>(polygons.size())) / rays;
 }
 
 Camera InsideCamera(const PatchScene& scene, int up) {
@@ -243,8 +274,8 @@ Result<Camera> ReadCamera(const std::string& path) {
   return ParseCamera(json, path);
 }
 
-Camera GuessCamera(const PatchScene& scene) {
-  const int up = UpAxis(scene);
+Camera GuessCamera(const PatchScene& scene, int up) {
+  if (up == 0) up = UpAxis(scene);
   int open_axis = -1;
   double open_sign = 0, open_share = kOpenShare;
   for (int axis = 0; axis < 3; ++axis) {
@@ -258,7 +289,11 @@ Camera GuessCamera(const PatchScene& scene) {
       }
     }
   }
-  return open_axis >= 0 ? OutsideCamera(scene, up, open_axis, open_sign) : InsideCamera(scene, up);
+  if (open_axis >= 0) {
+    const Camera camera = OutsideCamera(scene, up, open_axis, open_sign);
+    if (LitShare(scene, camera) > kOpenShare) return camera;
+  }
+  return InsideCamera(scene, up);
 }
 
 }  // namespace isolux

@@ -27,7 +27,8 @@ Result<Camera> ParseCamera(const std::string& json, const std::string& name);
 Result<Camera> ReadCamera(const std::string& path);
 
 // A sensible view: from outside through the open side of a room that has one; otherwise from the
-// place inside, at eye height, that sees the most. Up is y, unless lamps and shape say z.
-Camera GuessCamera(const PatchScene& scene);
+// place inside, at eye height, that sees the most. `up`: 1 for y, 2 for z, 0 to guess from lamps
+// and shape (y where these do not say).
+Camera GuessCamera(const PatchScene& scene, int up = 0);
 
 }  // namespace isolux

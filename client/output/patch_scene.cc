@@ -179,9 +179,6 @@ std::optional<PatchHit> PatchScene::Cast(const Vec3& origin, const Vec3& directi
                  u * impl_->file->vertices[t[1]].position +
                  v * impl_->file->vertices[t[2]].position;
   hit.distance = ray.ray.tfar;
-  hit.from_behind =
-      ray.ray.dir_x * ray.hit.Ng_x + ray.ray.dir_y * ray.hit.Ng_y + ray.ray.dir_z * ray.hit.Ng_z >=
-      0;
   return hit;
 }
 

@@ -17,7 +17,6 @@ struct PatchHit {
   uint32_t face = 0;
   Vec3 position{0.0};  // in the file's unit and origin
   double distance = 0;
-  bool from_behind = false;
 };
 
 class PatchScene {
@@ -31,9 +30,9 @@ class PatchScene {
   const PatchFile& file() const;
   const Bounds3& bounds() const;
 
-  // The nearest face met from its lit side; with `both_sides` the nearest of all.
+  // The nearest face met from its lit side; with `both_sides` the nearest of all (of twins either).
   std::optional<PatchHit> Cast(const Vec3& origin, const Vec3& direction,
-                             bool both_sides = false) const;
+                               bool both_sides = false) const;
 
  private:
   struct Impl;

@@ -74,6 +74,8 @@ TEST(GuessCamera, StandsInsideAClosedRoom) {
   // Along x, the longest side.
   const Vec3 forward = glm::normalize(camera.target - camera.eye);
   EXPECT_GT(std::abs(forward.x), 0.8);
+  EXPECT_EQ(camera.up, Vec3(0, 1, 0));
+  EXPECT_EQ(GuessCamera(*scene, 2).up, Vec3(0, 0, 1));
 }
 
 TEST(GuessCamera, LooksInThroughTheOpenSide) {
