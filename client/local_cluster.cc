@@ -29,7 +29,7 @@ Status LocalCluster::StartServer(const Options& options) {
   child.pipe_output = true;
   ASSIGN_OR_RETURN(auto server,
                    ChildProcess::Start({ProgramBeside("isolux-server"), "--listen", "127.0.0.1:0",
-                                        "--port-file", "-", "--data-dir", folder_.path() + "/data",
+                                        "--port-file", "-", "--data-dir", folder_.path(),
                                         "--temporary", "--log-level", options.log_level},
                                        child));
   server_.push_back(std::move(server));
@@ -72,10 +72,10 @@ Status LocalCluster::StartWorkers(const Options& options) {
 void LocalCluster::Stop() {
   // The server would wait for our connection, on which nobody answers between two calls.
   client_.reset();
-  for (ChildProcess& server : server_) server.Signal(SIGTERM);
   // They hold nothing that anybody needs.
   for (ChildProcess& worker : workers_) worker.Signal(SIGKILL);
   for (ChildProcess& worker : workers_) worker.Wait(kGoodbyeS);
+  for (ChildProcess& server : server_) server.Signal(SIGTERM);
   for (ChildProcess& server : server_) server.Wait(kGoodbyeS);
   workers_.clear();
   server_.clear();
