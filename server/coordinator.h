@@ -21,7 +21,7 @@ struct CoordinatorOptions {
   JobQueue::Limits queue;
   CoordinatorService::Options service;
   JobLimits job;
-  double grace_s = 5;  // for calls under way when it stops
+  double grace_s = 1.5;  // for calls under way when it stops
 };
 
 class JobDriver;
