@@ -173,6 +173,10 @@ Result<PatchFile> JobRunner::Impl::RunEpoch() {
   const Clock::time_point start = Clock::now();
   OutputMeshOptions output = limits.output;
   output.accuracy = input.options.accuracy;
+  // A scene of many leaves is fine enough as it is; a coarse one deserves a smooth picture.
+  constexpr uint64_t kEnough = 1 << 16;
+  output.max_elements =
+      std::clamp<uint64_t>(2 * snapshot.leaves.size(), kEnough, output.max_elements);
   Tell(JobProgress::Stage::kGathering);
   GatherWaves waves(*crew, input.options.accuracy, limits.gather_batch);
   ASSIGN_OR_RETURN(

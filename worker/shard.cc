@@ -406,6 +406,7 @@ Status Shard::Absorb(const std::string& parcel_bytes) {
 Result<GatherPart> Shard::Gather(const std::vector<NodeId>& elements, double accuracy) {
   const Stopwatch watch(impl_->pool);
   GatherOptions options;
+  options.even_share = 0.01 * accuracy;
   options.seed = impl_->options.seed;
   // 64 rays a point for 2 %, 256 for 1 % (NUMERICS 12.4).
   options.rays =

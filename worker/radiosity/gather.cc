@@ -66,12 +66,12 @@ class LinksOfNodes {
 
 // What a leaf receives from: an element of one of its sources, ready for evaluation.
 struct Source {
-  ClippedPolygon polygon;  // in front of the leaf's plane; count 0 where the source is a cluster
+  ClippedPolygon polygon;  // in front of the leaf's plane; count 0 where F does not vary
   Lanes radiosity{};       // by channel
   Vec3 normal{0.0}, point{0.0};
   uint32_t surface_polygon = 0;
   double visibility = 1;
-  double form_factor = 0;  // of a cluster's link: the same at every point
+  double form_factor = 0;  // of a source without a polygon: the same at every point
   double packets = 0;      // of rays wanted at an element's corners, on average
   uint64_t seed = 0;
 };
@@ -161,13 +161,14 @@ class Gatherer {
     const NodeId& a = tree_.node(link.p).id;
     const NodeId& b = tree_.node(link.q).id;
     source.seed = Hash(options_.seed, Hash(a.surface, a.path), Hash(b.surface, b.path));
-    if (tree_.is_cluster(node) || tree_.is_cluster(other)) {
+    const double share = link.unoccluded_m2 / tree_.area_m2(node) / arriving;
+    if (tree_.is_cluster(node) || tree_.is_cluster(other) ||
+        share * tree_.values(other).radiosity < options_.even_share) {
       source.form_factor = link.unoccluded_m2 / tree_.area_m2(node);
       source.radiosity = radiosity_[other];
       sources.push_back(source);
       return;
     }
-    const double share = link.unoccluded_m2 / tree_.area_m2(node) / arriving;
     Open(leaf, other, share, link.visibility_deviation(), source, 0, sources);
   }
 
