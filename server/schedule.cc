@@ -33,7 +33,12 @@ double WantedStep(const ScheduleInput& input) {
   const double missing = kAimAt * input.options.accuracy / last.error_estimate;
   const double step = std::pow(missing, 1 / power);
   if (!std::isfinite(step)) return kPlainStep;
-  return std::clamp(step, kSmallestStep, count == 1 ? kPlainStep : kLargestStep);
+  // A small step is for the last bit of the way; where one has not reached, the next is a plain
+  // one.
+  const bool after_small_step =
+      count >= 2 && last.epsilon > kPlainStep * 1.01 * input.rounds[count - 2].epsilon;
+  const double largest = count == 1 || after_small_step ? kPlainStep : kLargestStep;
+  return std::clamp(step, kSmallestStep, largest);
 }
 
 // Whether ε would keep the links (or their memory) within `budget`, both counted in links. The
