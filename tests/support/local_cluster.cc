@@ -10,7 +10,8 @@ extern "C" const char* __tsan_default_suppressions() { return "race:libembree3.s
 
 namespace isolux::testing {
 
-LocalCluster::LocalCluster(int workers, int threads) {
+LocalCluster::LocalCluster(int workers, int threads, const LocalPortLimits& port_limits)
+    : port_limits_(port_limits) {
   options_.threads = threads;
   options_.heartbeat_s = 0.02;  // so that a drain is told at once
   for (int i = 0; i < workers; ++i) AddWorker();
@@ -23,7 +24,7 @@ LocalCluster::~LocalCluster() {
 
 void LocalCluster::AddWorker() {
   auto worker = std::make_unique<Worker>(options_);
-  auto [coordinators, workers] = MakeLocalPorts();
+  auto [coordinators, workers] = MakeLocalPorts(port_limits_);
   worker->port = std::move(workers);
   const uint64_t id = slots_.size() + 1;
   slots_.push_back({id, fmt::format("w{}", id), std::move(coordinators)});

@@ -15,7 +15,7 @@ namespace isolux::testing {
 
 class LocalCluster {
  public:
-  LocalCluster(int workers, int threads);
+  LocalCluster(int workers, int threads, const LocalPortLimits& port_limits = {});
   ~LocalCluster();  // ends the workers
 
   std::vector<WorkerSlot> slots() const { return slots_; }
@@ -39,6 +39,7 @@ class LocalCluster {
   };
 
   WorkerOptions options_;
+  LocalPortLimits port_limits_;
   std::vector<std::unique_ptr<Worker>> workers_;
   std::vector<WorkerSlot> slots_;
 };
