@@ -88,6 +88,7 @@ struct JobRunner::Impl {
   Status Migrate(const BalancePlan& plan, RoundSummary* row);
   void Release(const std::vector<bool>& staying);
   ScheduleDecision Decide() const;
+  OutputMeshOptions OutputOptions() const;
   void Announce();
   void Tell(JobProgress::Stage stage, uint32_t iterations = 0, uint64_t gathered = 0);
   double Seconds() const { return input.seconds_before + SecondsSince(started); }
@@ -100,7 +101,7 @@ struct JobRunner::Impl {
   Traffic traffic;
   Clock::time_point started = Clock::now();
   Clock::time_point told = started;
-  JobProgress last_told;
+  std::optional<JobProgress> last_told;
   uint32_t own_epochs = 0;
 
   // Of the job, whoever works on it: what a restart goes on from.
@@ -171,14 +172,9 @@ Result<PatchFile> JobRunner::Impl::RunEpoch() {
   }
   summary.end_reason = next->reason;
   const Clock::time_point start = Clock::now();
-  OutputMeshOptions output = limits.output;
-  output.accuracy = input.options.accuracy;
-  // A scene of many leaves is fine enough as it is; a coarse one deserves a smooth picture.
-  constexpr uint64_t kEnough = 1 << 16;
-  output.max_elements =
-      std::clamp<uint64_t>(2 * snapshot.leaves.size(), kEnough, output.max_elements);
+  const OutputMeshOptions output = OutputOptions();
   Tell(JobProgress::Stage::kGathering);
-  GatherWaves waves(*crew, input.options.accuracy, limits.gather_batch);
+  GatherWaves waves(*crew, output.accuracy, limits.gather_batch);
   ASSIGN_OR_RETURN(
       PatchFile patch,
       BuildOutputMesh(hierarchy, snapshot, output, [&](const std::vector<NodeId>& elements) {
@@ -414,6 +410,20 @@ ScheduleDecision JobRunner::Impl::Decide() const {
   return DecideNext(schedule);
 }
 
+OutputMeshOptions JobRunner::Impl::OutputOptions() const {
+  OutputMeshOptions output = limits.output;
+  // No finer than what a budget has left of the accuracy asked for.
+  const double reached = summary.rounds.back().error_estimate;
+  const double asked = input.options.accuracy;
+  output.accuracy =
+      std::isfinite(reached) ? std::clamp(0.5 * reached, asked, std::max(asked, 0.2)) : asked;
+  // A scene of many leaves is fine enough as it is; a coarse one deserves a smooth picture.
+  constexpr uint64_t kEnough = 1 << 16;
+  output.max_elements =
+      std::min(output.max_elements, std::max<uint64_t>(2 * snapshot.leaves.size(), kEnough));
+  return output;
+}
+
 void JobRunner::Impl::Announce() {
   for (; announced < summary.rounds.size(); ++announced) {
     if (callbacks.on_round) callbacks.on_round(summary.rounds[announced]);
@@ -422,17 +432,19 @@ void JobRunner::Impl::Announce() {
 
 void JobRunner::Impl::Tell(JobProgress::Stage stage, uint32_t iterations, uint64_t gathered) {
   if (!callbacks.on_progress) return;
-  const bool first = stage != last_told.stage;
+  const bool first = !last_told || stage != last_told->stage;
   if (!first && SecondsSince(told) < kProgressPeriod_s) return;
   told = Clock::now();
-  last_told.stage = stage;
-  last_told.round = static_cast<uint32_t>(summary.rounds.size() + 1);
-  last_told.iterations = iterations;
-  last_told.epsilon = next ? next->epsilon : 0;
-  last_told.seconds = Seconds();
-  last_told.gathered = gathered;
-  last_told.workers = crew != nullptr ? crew->present_count() : 0;
-  callbacks.on_progress(last_told);
+  JobProgress now;
+  now.stage = stage;
+  now.round = static_cast<uint32_t>(summary.rounds.size() + 1);
+  now.iterations = iterations;
+  now.epsilon = next ? next->epsilon : 0;
+  now.seconds = Seconds();
+  now.gathered = gathered;
+  now.workers = crew != nullptr ? crew->present_count() : 0;
+  last_told = now;
+  callbacks.on_progress(now);
 }
 
 }  // namespace isolux
