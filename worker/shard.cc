@@ -410,7 +410,8 @@ Result<GatherPart> Shard::Gather(const std::vector<NodeId>& elements, double acc
   options.seed = impl_->options.seed;
   // 64 rays a point for 2 %, 256 for 1 % (NUMERICS 12.4).
   options.rays =
-      static_cast<int>(std::clamp(64 * (0.02 / accuracy) * (0.02 / accuracy), 64.0, 1024.0));
+      static_cast<int>(std::clamp(64 * (0.02 / accuracy) * (0.02 / accuracy), 32.0, 1024.0));
+  options.open_share = std::max(0.02, 0.5 * accuracy);
   ASSIGN_OR_RETURN(GatherPart part,
                    GatherAtCorners(elements, impl_->tree, *impl_->placement, impl_->links,
                                    impl_->snapshot, impl_->rays, options, impl_->pool));

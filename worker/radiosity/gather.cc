@@ -14,9 +14,10 @@
 namespace isolux {
 namespace {
 
-// A source is opened where it brings more than this share of the irradiance and varies by more than
-// this share of itself.
-constexpr double kOpenShare = 0.02, kOpenSpread = 0.1;
+// A source is opened where it brings much and varies by more than this share of itself.
+constexpr double kOpenSpread = 0.1;
+// What eight rays do not see may still be there: hidden sources count with this share.
+constexpr double kHiddenShare = 0.1;
 constexpr int kOpenLevels = 6;
 // Of eight rays, from one source to the corners of one element.
 constexpr double kMostPackets = 64;
@@ -161,7 +162,8 @@ class Gatherer {
     const NodeId& a = tree_.node(link.p).id;
     const NodeId& b = tree_.node(link.q).id;
     source.seed = Hash(options_.seed, Hash(a.surface, a.path), Hash(b.surface, b.path));
-    const double share = link.unoccluded_m2 / tree_.area_m2(node) / arriving;
+    const double seen = std::max(source.visibility, kHiddenShare);
+    const double share = seen * link.unoccluded_m2 / tree_.area_m2(node) / arriving;
     if (tree_.is_cluster(node) || tree_.is_cluster(other) ||
         share * tree_.values(other).radiosity < options_.even_share) {
       source.form_factor = link.unoccluded_m2 / tree_.area_m2(node);
@@ -169,20 +171,22 @@ class Gatherer {
       sources.push_back(source);
       return;
     }
-    Open(leaf, other, share, link.visibility_deviation(), source, 0, sources);
+    // Rays for what is in doubt: by the variance of one ray, over the share that is seen.
+    const double deviation = link.visibility_deviation();
+    Open(leaf, other, share, 2 * deviation * deviation / seen, source, 0, sources);
   }
 
   // Adds the source, or its children where it brings much and varies.
-  void Open(uint32_t leaf, uint32_t other, double share_per_radiosity, double deviation,
+  void Open(uint32_t leaf, uint32_t other, double share_per_radiosity, double doubt,
             const Source& from, int level, std::vector<Source>& sources) const {
     const NodeValues& values = tree_.values(other);
     const double share = share_per_radiosity * values.radiosity;
     const uint32_t child = tree_.node(other).first_child;
-    if (child != kNoNode && level < kOpenLevels && share > kOpenShare &&
+    if (child != kNoNode && level < kOpenLevels && share > options_.open_share &&
         values.spread > kOpenSpread * values.radiosity) {
       for (uint32_t i = 0; i < 2; ++i) {
         const double part = tree_.area_m2(child + i) / tree_.area_m2(other);
-        Open(leaf, child + i, share_per_radiosity * part, deviation, from, level + 1, sources);
+        Open(leaf, child + i, share_per_radiosity * part, doubt, from, level + 1, sources);
       }
       return;
     }
@@ -195,7 +199,7 @@ class Gatherer {
     source.normal = tree_.normal(other);
     source.point = tree_.polygon(other).v[0];
     source.surface_polygon = tree_.surface_of(other).polygon;
-    source.packets = 0.5 * options_.rays * share * deviation;
+    source.packets = 0.5 * options_.rays * share * doubt;
     source.seed = Hash(from.seed, tree_.node(other).id.path);
     sources.push_back(source);
   }

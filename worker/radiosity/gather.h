@@ -17,9 +17,11 @@ namespace isolux {
 
 struct GatherOptions {
   int rays = 64;  // about so many a point, shared out by what each link brings and its doubt
-  // A source that brings less than this share of a leaf's irradiance is taken to be the same all over
-  // the leaf: many such vary against each other.
+  // A source that brings less than this share of a leaf's irradiance is taken to be the same all
+  // over the leaf: many such vary against each other.
   double even_share = 2e-4;
+  // A source that brings more than this share, and varies, is opened.
+  double open_share = 0.02;
   uint64_t seed = 1;
 };
 
