@@ -20,13 +20,13 @@ struct SolveOptions {
   uint64_t max_links = 0;         // over all workers; 0: none
   uint64_t max_memory_bytes = 0;  // of links and nodes over all workers; 0: none
   uint32_t max_rounds = 24;
-  uint32_t cut_size = 256;        // nodes of the cut, at least 8 a worker where the scene has them
-  uint32_t forced_splits = 0;     // cut nodes split after every round whatever their load (for tests)
+  uint32_t cut_size = 256;     // nodes of the cut, at least 8 a worker where the scene has them
+  uint32_t forced_splits = 0;  // cut nodes split after every round whatever their load (for tests)
   Distribution distribution = Distribution::kOctree;
   BalanceStrategy balance = BalanceStrategy::kGreedyRefine;
   double balance_threshold = 1.15;  // max/mean of the predicted load above which nodes migrate
-  std::vector<double> epsilons;     // thresholds to use, W, one a round; empty: chosen by the schedule
-  uint64_t seed = 1;                // of the sampling
+  std::vector<double> epsilons;  // thresholds to use, W, one a round; empty: chosen by the schedule
+  uint64_t seed = 1;             // of the sampling
 
   Status Validate() const;
 };
@@ -46,15 +46,17 @@ struct RoundSummary {
   uint64_t rays = 0;            // shadow rays in this round
   uint32_t iterations = 0;      // matrix products of the solver in this round
   double residual = 0;          // residual power over emitted power
-  double energy_imbalance = 0;  // largest |emitted − absorbed − escaped| / emitted over the channels
+  double energy_imbalance =
+      0;  // largest |emitted − absorbed − escaped| / emitted over the channels
   std::array<double, 3> emitted_w{}, absorbed_w{}, escaped_w{};
-  double seconds = 0;           // wall, since the start of the job
-  double refine_s = 0, exchange_s = 0, solve_s = 0, snapshot_s = 0, balance_s = 0;  // wall, this round
+  double seconds = 0;  // wall, since the start of the job
+  double refine_s = 0, exchange_s = 0, solve_s = 0, snapshot_s = 0,
+         balance_s = 0;              // wall, this round
   std::vector<double> worker_cpu_s;  // CPU of each worker in this round
   double load_max_over_mean = 1;
   uint64_t bytes_in = 0, bytes_out = 0;  // of all workers in this round
   uint64_t migrated_nodes = 0, migrated_links = 0;
-  uint64_t memory_bytes = 0;    // links and nodes over all workers
+  uint64_t memory_bytes = 0;  // links and nodes over all workers
 };
 
 // Why a solve ended.
@@ -65,13 +67,13 @@ struct SolveSummary {
   std::vector<RoundSummary> rounds;
   EndReason end_reason = EndReason::kAccuracy;
   double seconds = 0;
-  double gather_s = 0;                // wall
-  std::vector<double> gather_cpu_s;   // CPU of each worker in the gather
+  double gather_s = 0;               // wall
+  std::vector<double> gather_cpu_s;  // CPU of each worker in the gather
   uint32_t workers = 0;
   uint64_t rays = 0;  // shadow rays of all rounds and the gather
 };
 
-Result<Distribution> ParseDistribution(const std::string& text);     // octree|random|input|balanced
+Result<Distribution> ParseDistribution(const std::string& text);  // octree|random|input|balanced
 Result<BalanceStrategy> ParseBalanceStrategy(const std::string& text);  // none|rotate|greedy-refine
 
 }  // namespace isolux
