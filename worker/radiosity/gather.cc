@@ -22,12 +22,14 @@ constexpr int kOpenLevels = 6;
 // Of eight rays, from one source to the corners of one element.
 constexpr double kMostPackets = 64;
 // Irradiance below this share of the mean is dark: shares are taken of that then.
-constexpr double kLeastShare = 0.05;
+constexpr double kLeastShare = 0.25;
+// Links whose eight rays agree are right but for a few: they get this share of the rays that their
+// variance would ask for. Otherwise the dark backs of furniture take most of all rays.
+constexpr double kUnanimous = 0.3;
 // Points lie so far inside their element, so that none is on an edge or in a contact.
 constexpr double kInside = 1e-5;
 
-// All links by the node they end at: adjacency_[first_[n] .. first_[n+1]) = 2·link + (1 where n is
-// q).
+// All links by the node they end at: those of node n are ends_[first_[n] .. first_[n+1]).
 class LinksOfNodes {
  public:
   LinksOfNodes(const Tree& tree, const Placement& placement, const LinkSet& links)
@@ -173,7 +175,9 @@ class Gatherer {
     }
     // Rays for what is in doubt: by the variance of one ray, over the share that is seen.
     const double deviation = link.visibility_deviation();
-    Open(leaf, other, share, 2 * deviation * deviation / seen, source, 0, sources);
+    const bool unanimous = link.visible_rays == 0 || link.visible_rays == Link::kRays;
+    const double doubt = 2 * deviation * deviation * (unanimous ? kUnanimous : 1.0) / seen;
+    Open(leaf, other, share, doubt, source, 0, sources);
   }
 
   // Adds the source, or its children where it brings much and varies.
