@@ -109,7 +109,7 @@ ChildProcess& ChildProcess::operator=(ChildProcess&& other) noexcept {
 ChildProcess::~ChildProcess() {
   CloseIfOpen(output_);
   if (!Running()) return;
-  ::kill(id_, SIGKILL);
+  ::kill(-id_, SIGKILL);  // its group: what it has started, too
   ::waitpid(id_, nullptr, 0);
 }
 
