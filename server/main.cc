@@ -65,12 +65,13 @@ Result<std::string> DefaultDataDir() {
   return Error(StatusCode::kInvalidArgument, "HOME is not set: give a folder with --data-dir");
 }
 
-// Waits for SIGTERM or SIGINT; a second one ends the process at once.
+// Waits for SIGTERM or SIGINT. A second one ends the process at once, unless there is a folder to
+// remove: the death of a parent with several threads can be told twice.
 class StopRequest {
  public:
-  StopRequest()
-      : signals_([this](int count) {
-          if (count > 1) ::_exit(1);
+  explicit StopRequest(bool patient)
+      : signals_([this, patient](int count) {
+          if (count > 1 && !patient) ::_exit(1);
           std::lock_guard lock(mutex_);
           requested_ = true;
           changed_.notify_all();
@@ -143,7 +144,7 @@ int Main(int argc, char** argv) {
   if (status.ok() && !level) status = level.error();
   if (status.ok()) {
     StartLog("isolux-server", *level);
-    StopRequest stop;
+    StopRequest stop(flags.temporary);
     status = Serve(flags, stop);
   }
   if (status.ok()) return 0;
