@@ -1,6 +1,6 @@
-// The subcommands of `isolux`, one file each. AddX registers the command with its flags and, when it
-// is the one given, leaves in `run` what main is to call; that returns the exit code
-// (0 done, 1 failed, 2 bad usage or bad input).
+// The subcommands of `isolux`, one file each. AddX registers the command with its flags and, when
+// it is the one given, leaves in `run` what main is to call; that returns the exit code (0 done, 1
+// failed, 2 bad usage or bad input).
 #pragma once
 
 #include <functional>

@@ -44,7 +44,8 @@ struct Exposure {
 
 // So that all but the brightest twentieth of what is seen (lamps not counted) stays well below
 // white; `stops` brighter (doublings).
-Exposure AutoExposure(const PatchScene& scene, const Camera& camera, ToneMap tone_map, double stops);
+Exposure AutoExposure(const PatchScene& scene, const Camera& camera, ToneMap tone_map,
+                      double stops);
 
 // Eight bits a channel, dithered by a fixed pattern so that smooth walls show no bands.
 std::vector<uint8_t> ToDisplay(const Image& image, const Exposure& exposure);

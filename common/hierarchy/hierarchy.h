@@ -1,6 +1,7 @@
 // The fixed upper part of the tree: root cluster → octree clusters → surfaces. Built alike by every
-// process from the scene alone. Cells with one child are skipped; the lowest clusters hold surfaces,
-// all others hold clusters. Elements below surfaces come and go with the solution and are not here.
+// process from the scene alone. Cells with one child are skipped; the lowest clusters hold
+// surfaces, all others hold clusters. Elements below surfaces come and go with the solution and are
+// not here.
 #pragma once
 
 #include <cstdint>
@@ -17,10 +18,10 @@ struct Cluster {
 
   Bounds3 bounds;
   uint32_t parent = kNone;
-  uint32_t first_child = 0;  // cluster number; children are consecutive
-  uint32_t child_count = 0;  // 0: holds surfaces
+  uint32_t first_child = 0;                       // cluster number; children are consecutive
+  uint32_t child_count = 0;                       // 0: holds surfaces
   uint32_t first_surface = 0, surface_count = 0;  // range of Hierarchy::surface_order, all below it
-  double area_m2 = 0;        // of all surfaces below, both sides counted
+  double area_m2 = 0;                             // of all surfaces below, both sides counted
 };
 
 class Hierarchy {
@@ -32,17 +33,20 @@ class Hierarchy {
 
   const Scene& scene() const { return *scene_; }
   std::span<const Surface> surfaces() const { return surfaces_; }
-  std::span<const Cluster> clusters() const { return clusters_; }  // parents before children; [0] the root
+  std::span<const Cluster> clusters() const {
+    return clusters_;
+  }  // parents before children; [0] the root
   // Surfaces in the order of the clusters that hold them.
   std::span<const uint32_t> surface_order() const { return surface_order_; }
   uint32_t cluster_of(uint32_t surface) const { return cluster_of_[surface]; }
 
   const ConvexPolygon& geometry(uint32_t surface) const { return geometry_[surface]; }
   double surface_area_m2(uint32_t surface) const { return area_m2_[surface]; }
-  // Polygons with the same number lie in one plane (either orientation): no light passes between them.
+  // Polygons with the same number lie in one plane (either orientation): no light passes between
+  // them.
   uint32_t plane_of(uint32_t polygon) const { return plane_of_[polygon]; }
-  // True where no polygon lies in front of a side that takes part but behind nothing: one convex room,
-  // in which nothing can block.
+  // True where no polygon lies in front of a side that takes part but behind nothing: one convex
+  // room, in which nothing can block.
   bool convex() const { return convex_; }
   double extent_m() const { return clusters_[0].bounds.Diagonal(); }
 

@@ -24,8 +24,8 @@ struct LeafRecord {
 };
 
 struct Snapshot {
-  uint32_t round = 0;      // 0: before the first round
-  double epsilon = 0;      // threshold of that round, W
+  uint32_t round = 0;              // 0: before the first round
+  double epsilon = 0;              // threshold of that round, W
   std::vector<LeafRecord> leaves;  // by NodeId, every surface covered exactly once
 
   bool operator==(const Snapshot&) const = default;

@@ -39,7 +39,8 @@ std::vector<Surface> MakeSurfaces(const Scene& scene) {
     const Material& material = scene.materials[polygon.material];
     const auto add = [&](Side side, uint8_t takes_part, uint8_t emits) {
       if ((polygon.sides & (takes_part | emits)) == 0) return;
-      surfaces.push_back({p, side, (polygon.sides & takes_part) != 0 ? material.reflectance : Rgb(0.0),
+      surfaces.push_back({p, side,
+                          (polygon.sides & takes_part) != 0 ? material.reflectance : Rgb(0.0),
                           (polygon.sides & emits) != 0 ? material.exitance : Rgb(0.0)});
     };
     add(Side::kFront, kFrontTakesPart, kFrontEmits);

@@ -15,7 +15,8 @@
 
 namespace isolux {
 
-// Shared only between coplanar neighbours of one material. Coordinates are in the scene file's unit.
+// Shared only between coplanar neighbours of one material. Coordinates are in the scene file's
+// unit.
 struct PatchVertex {
   Vec3 position{0.0};
   std::array<float, 3> radiosity{};   // W/m², gathered
@@ -28,8 +29,8 @@ struct PatchFace {
   float error = 0;       // estimated absolute error of the irradiance, worst channel, W/m²
   uint32_t polygon = 0;  // lowest file polygon
   uint32_t surface = 0;
-  uint8_t side = 0;      // 0 front, 1 back
-  uint64_t path = 1;     // of the element on its surface
+  uint8_t side = 0;   // 0 front, 1 back
+  uint64_t path = 1;  // of the element on its surface
 };
 
 struct PatchFile {
