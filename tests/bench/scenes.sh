@@ -57,7 +57,9 @@ for scene in "$folder"/*/; do
     client_mb=${now:-$client_mb}
     sleep 0.2
   done
-  if wait $client; then
+  code=0
+  wait $client || code=$?
+  if ((code == 0)); then
     echo "| $name | $(value polygons "$work/inspect.json") | $(value surfaces "$work/inspect.json")" \
       "| $(value elements "$work/result.json") | $(value links "$work/result.json")" \
       "| $(value rounds "$work/result.json") | $(value error_estimate "$work/result.json")" \
@@ -66,7 +68,10 @@ for scene in "$folder"/*/; do
       "| $(value end_reason "$work/result.json") |" |
       sed -E 's/([0-9]+\.[0-9]{3})[0-9]+/\1/g'
   else
-    echo "| $name | | | | | | | | | | | | failed: $(tail -n 1 "$work/client.log" | tr '|' '/') |"
+    outcome=failed
+    ((code == 2)) && outcome=refused
+    reason=$(tail -n 1 "$work/client.log" | tr '|' '/')
+    echo "| $name | | | | | | | | | | | | $outcome: ${reason#*"$name.obj": } |"
   fi
   stop
 done
