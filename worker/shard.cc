@@ -408,9 +408,12 @@ Result<GatherPart> Shard::Gather(const std::vector<NodeId>& elements, double acc
   GatherOptions options;
   options.even_share = 0.01 * accuracy;
   options.seed = impl_->options.seed;
-  // 64 rays a point for 2 %, 256 for 1 % (NUMERICS 12.4).
+  // 64 rays a point for 2 %, 256 for 1 % (NUMERICS 12.4); more where there are few points, for a
+  // coarse solution deserves smooth shadows. Every worker is asked for the same elements.
+  const double wanted = 64 * (0.02 / accuracy) * (0.02 / accuracy);
+  const double affordable = 2e6 / static_cast<double>(std::max<size_t>(1, elements.size()));
   options.rays =
-      static_cast<int>(std::clamp(64 * (0.02 / accuracy) * (0.02 / accuracy), 32.0, 1024.0));
+      static_cast<int>(std::clamp(std::max(wanted, std::min(affordable, 192.0)), 32.0, 1024.0));
   options.open_share = std::max(0.02, 0.5 * accuracy);
   ASSIGN_OR_RETURN(GatherPart part,
                    GatherAtCorners(elements, impl_->tree, *impl_->placement, impl_->links,
