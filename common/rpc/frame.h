@@ -17,7 +17,7 @@
 
 namespace isolux {
 
-inline constexpr size_t kFrameBytes = 256 * 1024;
+inline constexpr size_t kFrameBytes = size_t{256} << 10;
 // Of one message; the largest are scenes and snapshots. Below the 2 GiB of a protobuf message.
 inline constexpr uint64_t kMaxMessageBytes = (1ULL << 31) - (1ULL << 20);
 

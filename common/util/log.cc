@@ -53,7 +53,7 @@ Result<LogLevel> ParseLogLevel(const std::string& text) {
 
 void StartLog(const std::string& role, LogLevel level) { Logger() = MakeLogger(role, level); }
 
-LogContext::LogContext(std::string context) : length_before_(t_context.size()) {
+LogContext::LogContext(const std::string& context) : length_before_(t_context.size()) {
   t_context += context + ": ";
 }
 

@@ -24,7 +24,7 @@ void StartLog(const std::string& role, LogLevel level);
 // Puts `context` before every line of this thread as long as it lives. Contexts nest.
 class LogContext {
  public:
-  explicit LogContext(std::string context);
+  explicit LogContext(const std::string& context);
   ~LogContext();
   LogContext(const LogContext&) = delete;
   LogContext& operator=(const LogContext&) = delete;

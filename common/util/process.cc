@@ -57,7 +57,7 @@ void CloseIfOpen(int descriptor) {
 }  // namespace
 
 Result<ChildProcess> ChildProcess::Start(const std::vector<std::string>& arguments,
-                                         Options options) {
+                                         const Options& options) {
   int report[2], output[2] = {-1, -1};
   if (::pipe2(report, O_CLOEXEC) != 0) {
     return Error(StatusCode::kResourceExhausted, "no pipe: {}", std::strerror(errno));

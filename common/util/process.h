@@ -24,7 +24,8 @@ class ChildProcess {
 
   // arguments[0] is the program, looked up in PATH where it has no slash. The child has a process
   // group of its own: a Ctrl-C on the terminal reaches the parent alone.
-  static Result<ChildProcess> Start(const std::vector<std::string>& arguments, Options options);
+  static Result<ChildProcess> Start(const std::vector<std::string>& arguments,
+                                    const Options& options);
   // Kills it, with what it has started, if it still runs.
   ~ChildProcess();
   ChildProcess(ChildProcess&& other) noexcept;
