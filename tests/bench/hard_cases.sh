@@ -1,0 +1,21 @@
+#!/usr/bin/env bash
+# Makes docs/hard-cases.md: runs every hard case of a release build and writes what was found.
+#   tests/bench/hard_cases.sh [BUILD]
+set -euo pipefail
+root=$(cd "$(dirname "$0")/../.." && pwd)
+build=${1:-$root/build/release}
+rows=$(mktemp)
+trap 'rm -f "$rows"' EXIT
+export ISOLUX_HARD_CASES=$rows
+ctest --test-dir "$build" -R "^hard_" --output-on-failure >&2
+{
+  echo "# Hard cases"
+  echo
+  echo "Made by \`tests/bench/hard_cases.sh\` from a run of \`tests/hard_cases/\`. Each case states a"
+  echo "property; the violation is the worst over everything the case measured, in the property's own"
+  echo "unit, and must not exceed the bound. A test fails otherwise."
+  echo
+  echo "| case | situation | property | measured | worst violation | bound |"
+  echo "|---|---|---|---|---|---|"
+  sort -t'|' -k2,2V "$rows"
+} >"$root/docs/hard-cases.md"
