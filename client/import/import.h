@@ -13,6 +13,9 @@ struct ImportOptions {
   std::string unit = "m";        // --unit m|cm|mm|in|ft: of the file's coordinates
   bool strict = false;           // --strict: refuse what would be repaired
   bool require_emission = true;  // refuse a scene in which nothing emits
+  // False: the polygons stay those of the file. Only what is neither a triangle nor a convex planar
+  // quad is divided into triangles, each with the number of its polygon in the file.
+  bool prepare_for_transport = true;
 };
 
 // Reads `path` by its extension (.obj in any case). Errors name file, line and remedy.

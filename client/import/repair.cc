@@ -78,8 +78,10 @@ class Builder {
     WeldPoints();
     for (uint32_t f = 0; f < file_.faces.size(); ++f) AddFace(f);
     for (uint32_t f = 0; f < faces_.size(); ++f) Shape(f);
-    const uint64_t merged = MergeTrianglePairs(&scene_);
-    for (uint64_t i = 0; i < merged; ++i) log_.Add(Repair::kMerged, [&] { return file_.path; });
+    if (options_.prepare_for_transport) {
+      const uint64_t merged = MergeTrianglePairs(&scene_);
+      for (uint64_t i = 0; i < merged; ++i) log_.Add(Repair::kMerged, [&] { return file_.path; });
+    }
     scene_.file_polygon_count = static_cast<uint32_t>(file_.faces.size());
   }
 

@@ -76,6 +76,17 @@ TEST_F(Import, MakesASceneInMetresAboutItsCentre) {
   EXPECT_TRUE(scene.repairs.entries.empty());
 }
 
+TEST_F(Import, LeavesThePolygonsOfTheFileAlone) {
+  const std::string text = WithLamp(std::string(kFloor) + "f 5 6 7\nf 7 8 5\n");
+  ImportOptions options;
+  EXPECT_EQ(Read(text, options).polygons.size(), 2U);
+  options.prepare_for_transport = false;
+  const Scene scene = Read(text, options);
+  ASSERT_EQ(scene.polygons.size(), 3U);
+  for (uint32_t p = 0; p < 3; ++p) EXPECT_EQ(scene.polygons[p].file_polygon, p);
+  EXPECT_TRUE(scene.repairs.entries.empty());
+}
+
 TEST_F(Import, KnowsItsUnits) {
   const std::pair<const char*, double> units[] = {
       {"m", 1}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}, {"ft", 0.3048}};
