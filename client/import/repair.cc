@@ -6,7 +6,7 @@
 #include <unordered_map>
 
 #include "client/import/merge.h"
-#include "client/import/triangulate.h"
+#include "common/scene/triangulate.h"
 #include "common/util/random.h"
 
 namespace isolux {

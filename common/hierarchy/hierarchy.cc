@@ -2,22 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numeric>
 
-#include "common/util/check.h"
+#include "common/hierarchy/planes.h"
 
 namespace isolux {
 namespace {
 
 constexpr int kMaxDepth = 32;  // of octree cells; deeper cells hold coincident centroids
-
-Bounds3 BoundsOf(const Scene& scene, uint32_t polygon) {
-  Bounds3 bounds;
-  const Polygon& p = scene.polygons[polygon];
-  for (int i = 0; i < p.vertex_count(); ++i) bounds.Add(scene.vertices[p.vertices[i]]);
-  return bounds;
-}
 
 // Divides polygons into octree cells. A polygon larger than half a cell would blow up the bounds of
 // whatever small things share its cell, so such polygons form a child of their own, divided by
@@ -99,51 +91,6 @@ class OctreeBuilder {
   std::vector<std::vector<uint32_t>> members_;
 };
 
-// Numbers of the planes polygons lie in: equal within 1e-6 in direction and 1e-6 extents in offset.
-std::vector<uint32_t> FindPlanes(const Scene& scene, double extent) {
-  struct Plane {
-    std::array<double, 4> key;
-    uint32_t number;
-  };
-  constexpr double kCell = 1e-5, kTolerance = 1e-6;
-  std::map<std::array<int64_t, 4>, std::vector<Plane>> cells;
-  std::vector<uint32_t> plane_of(scene.polygons.size());
-  uint32_t count = 0;
-  for (uint32_t p = 0; p < scene.polygons.size(); ++p) {
-    const ConvexPolygon polygon = SideGeometry(scene, p, Side::kFront);
-    Vec3 n = polygon.Normal();
-    const double sign = std::abs(n.x) > 0.5 ? n.x : std::abs(n.y) > 0.5 ? n.y : n.z;
-    if (sign < 0) n = -n;
-    const std::array<double, 4> key{n.x, n.y, n.z, glm::dot(n, polygon.Centroid()) / extent};
-    // The cells the key may share with an equal plane: one, but for keys near a border.
-    uint32_t found = count;
-    for (int corner = 0; corner < 16 && found == count; ++corner) {
-      std::array<int64_t, 4> cell;
-      for (int d = 0; d < 4; ++d) {
-        const double shift = (corner >> d & 1) != 0 ? kTolerance : -kTolerance;
-        cell[d] = static_cast<int64_t>(std::floor((key[d] + shift) / kCell));
-      }
-      const auto it = cells.find(cell);
-      if (it == cells.end()) continue;
-      for (const Plane& plane : it->second) {
-        double difference = 0;
-        for (int d = 0; d < 4; ++d)
-          difference = std::max(difference, std::abs(plane.key[d] - key[d]));
-        if (difference <= kTolerance) {
-          found = plane.number;
-          break;
-        }
-      }
-    }
-    plane_of[p] = found;
-    if (found != count) continue;
-    std::array<int64_t, 4> cell;
-    for (int d = 0; d < 4; ++d) cell[d] = static_cast<int64_t>(std::floor(key[d] / kCell));
-    cells[cell].push_back({key, count++});
-  }
-  return plane_of;
-}
-
 // Whether each side that takes part has everything in front of it, or nothing.
 bool IsConvex(const Scene& scene, std::span<const ConvexPolygon> surfaces, double extent) {
   const double tolerance = 1e-9 * extent;
@@ -164,12 +111,7 @@ bool IsConvex(const Scene& scene, std::span<const ConvexPolygon> surfaces, doubl
 
 Hierarchy::Hierarchy(const Scene& scene) : scene_(&scene), surfaces_(MakeSurfaces(scene)) {
   OctreeBuilder octree(scene, &clusters_);
-  const double extent = [&] {
-    Bounds3 all;
-    for (uint32_t p = 0; p < scene.polygons.size(); ++p) all.Add(octree.bounds(p));
-    return std::max(all.Diagonal(), 1e-300);
-  }();
-
+  const double extent = ExtentOf(scene);
   geometry_.reserve(surfaces_.size());
   area_m2_.reserve(surfaces_.size());
   std::vector<uint32_t> first_of(scene.polygons.size() + 1, 0);
@@ -210,7 +152,7 @@ Hierarchy::Hierarchy(const Scene& scene) : scene_(&scene), surfaces_(MakeSurface
       cluster.surface_count += child.surface_count;
     }
   }
-  plane_of_ = FindPlanes(scene, extent);
+  plane_of_ = FindPlanes(scene);
   convex_ = IsConvex(scene, geometry_, extent);
 }
 

@@ -1,4 +1,4 @@
-#include "client/import/triangulate.h"
+#include "common/scene/triangulate.h"
 
 #include <algorithm>
 #include <cmath>
