@@ -8,7 +8,8 @@
 
 #include "common/hierarchy/element.h"
 #include "common/util/random.h"
-#include "worker/radiosity/coupling.h"
+#include "worker/coupling/clip.h"
+#include "worker/coupling/point_factor.h"
 #include "worker/radiosity/visibility.h"
 
 namespace isolux {

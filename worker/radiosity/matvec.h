@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "common/util/parallel.h"
+#include "worker/coupling/lanes.h"
 #include "worker/radiosity/exchange.h"
-#include "worker/radiosity/lanes.h"
 #include "worker/radiosity/link.h"
 #include "worker/radiosity/placement.h"
 #include "worker/radiosity/refine.h"

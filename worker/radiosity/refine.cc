@@ -4,11 +4,14 @@
 #include <cmath>
 #include <numbers>
 
-#include "worker/radiosity/coupling.h"
+#include "worker/coupling/coupling.h"
+#include "worker/coupling/variation.h"
 
 namespace isolux {
 namespace {
 
+// Of the smaller end's area: finer couplings change nothing in the result.
+constexpr double kCouplingTolerance = 1e-3;
 // Weights of the oracle's terms, found by error at equal numbers of links: docs/design.md,
 // "Oracle".
 constexpr double kSpreadWeight = 1.5;
@@ -127,11 +130,12 @@ class Evaluator {
     }
     const CouplingEnd p = MakeCouplingEnd(tree_.polygon(link.p));
     const CouplingEnd q = MakeCouplingEnd(tree_.polygon(link.q));
-    const PolygonCoupling coupling = Couple(p, q);
+    const PairCoupling coupling = Couple(p, q, kCouplingTolerance * std::min(p.area_m2, q.area_m2));
     if (!(coupling.coupling_m2 > 0)) return Verdict::kDrop;
     link.unoccluded_m2 = static_cast<float>(coupling.coupling_m2);
-    link.variation_p = static_cast<float>(coupling.variation_p);
-    link.variation_q = static_cast<float>(coupling.variation_q);
+    const FormFactorVariation variation = VariationOver(p, q, coupling.coupling_m2);
+    link.variation_p = static_cast<float>(variation.over_p);
+    link.variation_q = static_cast<float>(variation.over_q);
     link.error_code = EncodeCouplingError(coupling.error_m2, coupling.coupling_m2);
     link.visible_share = 65535;
     if (hierarchy.convex()) {

@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "worker/coupling/lanes.h"
 #include "worker/radiosity/exchange.h"
-#include "worker/radiosity/lanes.h"
 #include "worker/radiosity/matvec.h"
 
 namespace isolux {

@@ -1,5 +1,5 @@
-// Four doubles side by side, and the few functions on them that the kernels need. Our own arc
-// tangent, since that of the C library differs between machines.
+// Four doubles side by side, and the few functions on them that the kernels need. Our own logarithm
+// and arc tangent, since those of the C library differ between machines.
 #pragma once
 
 #include <immintrin.h>
@@ -20,6 +20,9 @@ inline Lanes Select(LaneMask mask, Lanes yes, Lanes no) {
 }
 inline Lanes Minimum(Lanes a, Lanes b) { return reinterpret_cast<Lanes>(_mm256_min_pd(a, b)); }
 inline Lanes Maximum(Lanes a, Lanes b) { return reinterpret_cast<Lanes>(_mm256_max_pd(a, b)); }
+inline bool Any(LaneMask mask) {
+  return !_mm256_testz_si256(reinterpret_cast<__m256i>(mask), reinterpret_cast<__m256i>(mask));
+}
 inline Lanes SquareRoot(Lanes a) { return reinterpret_cast<Lanes>(_mm256_sqrt_pd(a)); }
 inline Lanes Absolute(Lanes a) {
   return reinterpret_cast<Lanes>(reinterpret_cast<LaneMask>(a) &
@@ -44,11 +47,44 @@ inline Vec3x4 operator-(const Vec3& a, const Vec3x4& b) {
 inline Vec3x4 operator-(const Vec3x4& a, const Vec3& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
+inline Vec3x4 operator-(const Vec3x4& a, const Vec3x4& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+inline Vec3x4 operator+(const Vec3x4& a, const Vec3x4& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
 inline Vec3x4 Cross(const Vec3x4& a, const Vec3x4& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 inline Lanes Dot(const Vec3x4& a, const Vec3x4& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline Lanes Dot(const Vec3& a, const Vec3x4& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+// Natural logarithm of normal positive numbers, within one unit in the last place; anything else
+// gives nonsense, never a trap. Reduction to [√½, √2) and polynomial: [Ng93].
+inline Lanes Log(Lanes x) {
+  constexpr int64_t kRootHalf = 0x3fe6a09e667f3bcd;  // the bits of √½
+  constexpr int64_t kBias = 1023;
+  const LaneMask bits = reinterpret_cast<LaneMask>(x);
+  // Exponent of the nearest power of two, plus the bias; a logical shift serves since it is >= 0.
+  const LaneMask biased = reinterpret_cast<LaneMask>(
+      _mm256_srli_epi64(reinterpret_cast<__m256i>(bits - kRootHalf + (kBias << 52)), 52));
+  // As a double, by the bits of 2^52 + biased.
+  const Lanes k = reinterpret_cast<Lanes>(biased | 0x4330000000000000) - (0x1p52 + kBias);
+  const Lanes f = reinterpret_cast<Lanes>(bits - ((biased - kBias) << 52)) - 1.0;
+  const Lanes s = f / (2.0 + f);
+  const Lanes z = s * s;
+  const Lanes w = z * z;
+  const Lanes even = w * (3.999999999940941908e-01 +
+                          w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01));
+  const Lanes odd = z * (6.666666666666735130e-01 +
+                         w * (2.857142874366239149e-01 +
+                              w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01)));
+  const Lanes half = 0.5 * f * f;
+  return k * 6.93147180369123816490e-01 -
+         ((half - (s * (half + even + odd) + k * 1.90821492927058770002e-10)) - f);
+}
+
+inline double Total(Lanes a) { return (a[0] + a[1]) + (a[2] + a[3]); }
 
 // Angle of (x, y) for y ≥ 0, in [0, π]; 0 where both are 0. Relative error below 1e-15.
 // Rational approximation of atan on [0, 0.66]: Moshier, Cephes 1989.

@@ -1,0 +1,163 @@
+#include "worker/coupling/coupling.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "tests/worker/coupling/random_pairs.h"
+#include "worker/coupling/clip.h"
+#include "worker/coupling/point_factor.h"
+#include "worker/coupling/variation.h"
+
+namespace isolux {
+namespace {
+
+using testing::MakePair;
+using testing::PairFamilies;
+using testing::PairFamily;
+using testing::PolygonPair;
+using testing::RandomDirection;
+using testing::RandomPolygon;
+
+constexpr ConvexPolygon kSquare{4, {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 1, 0), Vec3(0, 1, 0)}};
+
+ConvexPolygon Moved(ConvexPolygon polygon, const Vec3& by) {
+  for (Vec3& v : polygon.v) v += by;
+  return polygon;
+}
+
+// To a share of the smaller area.
+PairCoupling CoupleTo(double tolerance, const ConvexPolygon& p, const ConvexPolygon& q) {
+  return Couple(MakeCouplingEnd(p), MakeCouplingEnd(q), tolerance * std::min(p.Area(), q.Area()));
+}
+
+bool SameBits(const PairCoupling& a, const PairCoupling& b) {
+  return std::memcmp(&a.coupling_m2, &b.coupling_m2, sizeof(double)) == 0 &&
+         std::memcmp(&a.error_m2, &b.error_m2, sizeof(double)) == 0 && a.regime == b.regime;
+}
+
+TEST(PointFormFactors, MatchesClosedForms) {
+  // A corner's view of a unit square opposite at distance 1 (exact: 0.1385316059948929).
+  const ConvexPolygon above = testing::Reversed(Moved(kSquare, {0, 0, 1}));
+  const Vec3 corner(0.0);
+  const Lanes factor =
+      PointFormFactors(Vec3x4({corner, corner, corner, corner}), {0, 0, 1}, {above.v.data(), 4});
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(factor[i], 0.1385316059948929, 1e-14);
+  // The whole hemisphere, nearly.
+  const ConvexPolygon wide{
+      4,
+      {Vec3(-1e6, 1e6, 1e-3), Vec3(1e6, 1e6, 1e-3), Vec3(1e6, -1e6, 1e-3), Vec3(-1e6, -1e6, 1e-3)}};
+  EXPECT_NEAR(
+      PointFormFactors(Vec3x4({corner, corner, corner, corner}), {0, 0, 1}, {wide.v.data(), 4})[2],
+      1.0, 1e-8);
+}
+
+TEST(Couple, IsZeroWhereNothingCanBeSeen) {
+  const auto coupling = [](const ConvexPolygon& p, const ConvexPolygon& q) {
+    return CoupleTo(1e-3, p, q).coupling_m2;
+  };
+  const ConvexPolygon down = testing::Reversed(kSquare);
+  EXPECT_EQ(coupling(kSquare, Moved(kSquare, {2, 0, 0})), 0);   // coplanar
+  EXPECT_EQ(coupling(kSquare, kSquare), 0);                     // the same
+  EXPECT_EQ(coupling(kSquare, down), 0);                        // its own back
+  EXPECT_EQ(coupling(kSquare, Moved(kSquare, {0, 0, 1})), 0);   // facing away
+  EXPECT_EQ(coupling(kSquare, Moved(kSquare, {0, 0, -1})), 0);  // behind
+  EXPECT_EQ(coupling(down, Moved(kSquare, {0, 0, 1})), 0);      // back to back
+}
+
+TEST(Couple, GivesTheSameBitsInEitherOrder) {
+  for (const PairFamily& family : PairFamilies()) {
+    for (uint64_t seed = 1; seed <= 500; ++seed) {
+      const PolygonPair pair = MakePair(family, seed);
+      for (const double tolerance : {1e-2, 1e-4, 1e-7}) {
+        ASSERT_TRUE(
+            SameBits(CoupleTo(tolerance, pair.p, pair.q), CoupleTo(tolerance, pair.q, pair.p)))
+            << family.name << ", seed " << seed;
+      }
+    }
+  }
+}
+
+TEST(CoupleFar, GivesTheSameBitsAsCoupleOrNothing) {
+  std::vector<PolygonPair> pairs;
+  for (const PairFamily& family : PairFamilies()) {
+    for (uint64_t seed = 1; seed <= 501; ++seed) {
+      pairs.push_back(MakePair(family, seed));
+      if (seed % 5 == 0) pairs.back().p = testing::Reversed(pairs.back().p);
+    }
+  }
+  std::vector<CouplingEnd> p, q;
+  for (const PolygonPair& pair : pairs) {
+    p.push_back(MakeCouplingEnd(pair.p));
+    q.push_back(MakeCouplingEnd(pair.q));
+  }
+  for (const double share : {1e-1, 1e-2, 1e-4}) {
+    std::vector<FarPair> batch;
+    for (size_t i = 0; i < pairs.size(); ++i) {
+      batch.push_back({&p[i], &q[i], share * std::min(p[i].area_m2, q[i].area_m2)});
+    }
+    std::vector<PairCoupling> results(batch.size());
+    CoupleFar(batch, results);
+    size_t decided = 0;
+    for (size_t i = 0; i < batch.size(); ++i) {
+      if (results[i].regime == Regime::kUndecided) continue;
+      ++decided;
+      ASSERT_TRUE(SameBits(results[i], Couple(p[i], q[i], batch[i].tolerance_m2))) << "pair " << i;
+    }
+    EXPECT_GT(decided, pairs.size() / 20) << "at " << share;
+  }
+}
+
+TEST(VariationOver, IsAShare) {
+  for (const PairFamily& family : PairFamilies()) {
+    for (uint64_t seed = 1; seed <= 1000; ++seed) {
+      const PolygonPair pair = MakePair(family, seed);
+      const CouplingEnd p = MakeCouplingEnd(pair.p), q = MakeCouplingEnd(pair.q);
+      const double coupling = Couple(p, q, 1e-3 * std::min(p.area_m2, q.area_m2)).coupling_m2;
+      const FormFactorVariation variation = VariationOver(p, q, coupling);
+      ASSERT_TRUE(variation.over_p >= 0 && variation.over_p <= 1)
+          << family.name << ", seed " << seed;
+      ASSERT_TRUE(variation.over_q >= 0 && variation.over_q <= 1)
+          << family.name << ", seed " << seed;
+    }
+  }
+}
+
+TEST(ClipToFront, KeepsTheAreaOfBothHalves) {
+  for (uint64_t seed = 1; seed <= 1000; ++seed) {
+    Random random(seed);
+    const ConvexPolygon p = RandomPolygon(random, Vec3(0.0), RandomDirection(random), 1);
+    const Vec3 n = RandomDirection(random);
+    const Vec3 at(random.Unit() - 0.5, random.Unit() - 0.5, random.Unit() - 0.5);
+    EXPECT_NEAR(ClipToFront(p, at, n, 0).Area() + ClipToFront(p, at, -n, 0).Area(), p.Area(), 1e-12)
+        << "seed " << seed;
+  }
+}
+
+TEST(Lanes, ArcTangentMatchesTheLibrary) {
+  Random random(3);
+  for (int i = 0; i < 100000; ++i) {
+    const double y = std::pow(10, 8 * random.Unit() - 4);
+    const double x = (random.Unit() - 0.5) * std::pow(10, 8 * random.Unit() - 4);
+    EXPECT_NEAR(Atan2Upper(Splat(y), Splat(x))[1], std::atan2(y, x), 2e-15);
+  }
+  EXPECT_EQ(Atan2Upper(Splat(0), Splat(0))[0], 0);
+}
+
+TEST(Lanes, LogarithmMatchesTheLibraryToOneUnitInTheLastPlace) {
+  Random random(4);
+  for (int i = 0; i < 200000; ++i) {
+    const double x = i % 2 == 0 ? std::pow(10, 600 * random.Unit() - 300)
+                                : 1 + (random.Unit() - 0.5) * std::pow(10, -15 * random.Unit());
+    const double expected = std::log(x);
+    const double unit = std::abs(std::nextafter(expected, 2 * expected) - expected);
+    ASSERT_LE(std::abs(Log(Splat(x))[i % 4] - expected), unit) << x;
+  }
+  EXPECT_EQ(Log(Splat(1))[0], 0);
+}
+
+}  // namespace
+}  // namespace isolux

@@ -1,0 +1,61 @@
+// Unoccluded coupling factors of two polygons, to a tolerance. For refinement, which asks for many
+// at a coarse tolerance, and for tables of factors, which ask for fine ones.
+//
+//   C_pq = ∫∫ cosθ_p cosθ_q / (π d²) dA_q dA_p  =  A_p F_pq  =  A_q F_qp
+//
+// Pure functions of the two polygons, the same bits on every machine and for both orders of the
+// ends. Formulas, measured errors and costs: docs/numerics.md, "Coupling".
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "common/scene/scene.h"
+
+namespace isolux {
+
+// What is needed of an end, computed once a polygon. The polygon must outlive it.
+struct CouplingEnd {
+  const ConvexPolygon* polygon = nullptr;
+  Vec3 normal{0.0};
+  Vec3 centre{0.0};  // of the area
+  double area_m2 = 0;
+  double radius_m = 0;  // about the centre
+};
+CouplingEnd MakeCouplingEnd(const ConvexPolygon& polygon);
+
+// The rule that a coupling came from, the cheapest first.
+enum class Regime : uint8_t {
+  kUndecided,   // of CoupleFar alone: not far enough apart
+  kZero,        // neither sees the front of the other: exactly 0
+  kNegligible,  // the upper bound is below the tolerance
+  kMidpoint,    // kernel at the centres
+  kKernel,      // kernel at 3×3 points a pair of triangles
+  kPoints3,     // closed form of the larger from 3 points a triangle of the smaller
+  kPoints7,     // the same from 7 points
+  kContour,     // adaptive contour integral
+};
+inline constexpr int kRegimes = 8;
+
+struct PairCoupling {
+  double coupling_m2 = 0;  // in [0, min(A_p, A_q)]
+  double error_m2 = 0;     // estimate of the error of coupling_m2
+  Regime regime = Regime::kZero;
+};
+
+// Within `tolerance_m2` (> 0) of the truth, but for one pair in a thousand, and for what double
+// precision leaves: about 1e-15 of the product of the polygons' lengths.
+PairCoupling Couple(const CouplingEnd& p, const CouplingEnd& q, double tolerance_m2);
+
+struct FarPair {
+  const CouplingEnd* p = nullptr;
+  const CouplingEnd* q = nullptr;
+  double tolerance_m2 = 0;
+};
+
+// The rules of pairs far apart, four pairs side by side: bit for bit what Couple gives for the
+// pairs that end as zero, negligible or midpoint by the bounding spheres alone, kUndecided for all
+// others. `results` is as long as `pairs`.
+void CoupleFar(std::span<const FarPair> pairs, std::span<PairCoupling> results);
+
+}  // namespace isolux
