@@ -136,6 +136,7 @@ std::vector<std::pair<std::string, std::string>> MakeComments(const Scene& scene
   add("scene_hash", scene_hash);
   add("accuracy", options.accuracy);
   add("seed", options.seed);
+  add("solver", ToText(options.solver));
   add("end_reason", ToText(summary.end_reason));
   add("rounds", summary.rounds.size());
   add("epsilons", Epsilons(summary));

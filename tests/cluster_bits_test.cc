@@ -95,6 +95,29 @@ TEST(ClusterBitsTest, AnyStrategyCutAndSplits) {
   }
 }
 
+TEST(ClusterBitsTest, EverySolver) {
+  const auto& expected = Reference().summary.rounds.back();
+  for (const SolverMethod method : {SolverMethod::kJacobi, SolverMethod::kGaussSeidel,
+                                    SolverMethod::kChebyshev, SolverMethod::kSouthwell}) {
+    SolveOptions options = ShortSolve();
+    options.solver = method;
+    const Outcome alone = Solve(options, 1, 2), three = Solve(options, 3, 1);
+    ASSERT_FALSE(alone.bytes.empty() || three.bytes.empty()) << ToText(method);
+    // Those that only multiply have the same bits; those that go leaf by leaf, the same light.
+    if (method == SolverMethod::kJacobi || method == SolverMethod::kChebyshev) {
+      EXPECT_EQ(alone.bytes == three.bytes, true) << ToText(method);
+    }
+    for (const Outcome* outcome : {&alone, &three}) {
+      const auto& last = outcome->summary.rounds.back();
+      EXPECT_LE(last.error_solver, 0.1 * options.accuracy) << ToText(method);
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(last.absorbed_w[c], expected.absorbed_w[c], 0.01 * expected.absorbed_w[c])
+            << ToText(method);
+      }
+    }
+  }
+}
+
 TEST(ClusterBitsTest, ASceneOfTwoSidesWithWorkersThatRotate) {
   const Scene scene = RandomRoom(7, 3);
   SolveOptions options;

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "common/util/random.h"
+#include "worker/radiosity/ambient.h"
 #include "worker/radiosity/closure.h"
 #include "worker/radiosity/error_estimate.h"
 #include "worker/radiosity/escape.h"
@@ -39,25 +40,6 @@ uint64_t HashOfLink(const Tree& tree, const Link& link) {
   const NodeId& q = tree.node(link.q).id;
   return Hash(Hash(Hash(p.surface, p.path), Hash(q.surface, q.path)),
               std::bit_cast<uint32_t>(link.unoccluded_m2), link.visible_share);
-}
-
-// The first solution: everything lit alike, by what is emitted and not absorbed.
-Snapshot AmbientSnapshot(const Hierarchy& hierarchy) {
-  Rgb emitted(0.0), absorbing(0.0);
-  for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
-    const Surface& surface = hierarchy.surfaces()[s];
-    emitted += hierarchy.surface_area_m2(s) * surface.exitance;
-    absorbing += hierarchy.surface_area_m2(s) * (1.0 - surface.reflectance);
-  }
-  Snapshot snapshot;
-  snapshot.leaves.resize(hierarchy.surfaces().size());
-  for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
-    LeafRecord& leaf = snapshot.leaves[s];
-    leaf.id = {s, 1};
-    for (int c = 0; c < 3; ++c)
-      leaf.irradiance[c] = absorbing[c] > 0 ? emitted[c] / absorbing[c] : 0;
-  }
-  return snapshot;
 }
 
 }  // namespace
@@ -110,7 +92,7 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
   impl_->sampler = std::make_unique<NodeSampler>(impl_->tree);
   impl_->scout =
       ScoutEscapes(impl_->hierarchy, impl_->rays, options.accuracy, options.seed, impl_->pool);
-  impl_->snapshot = AmbientSnapshot(impl_->hierarchy);
+  impl_->snapshot = AmbientSnapshot(impl_->hierarchy, impl_->scout);
   std::vector<uint32_t> moved;
   RETURN_IF_ERROR(impl_->tree.Install(impl_->snapshot, &moved));
   ASSIGN_OR_RETURN(Placement placement, Placement::Make(impl_->tree, assignment, self));
@@ -192,15 +174,16 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
   const double tolerance = std::min(1e-3, 0.1 * accuracy);
   ASSIGN_OR_RETURN(ClosureSummary closing,
                    Close(product, leaves, leaf_closed, tolerance, kLargestOpenRow, exchange));
-  Transport transport(product, leaves);
+  LinkTransport transport(product, leaves);
   SolverOptions solver;
   solver.accuracy = accuracy;
   ASSIGN_OR_RETURN(SolverResult solution,
-                   SolveConjugateGradients(transport, leaves, start, solver, exchange));
+                   isolux::Solve(options.solver, transport, leaves, start, solver, exchange));
   if (solution.indefinite) {
     // Rows above 1 feed on themselves here: none is allowed.
     ASSIGN_OR_RETURN(closing, Close(product, leaves, leaf_closed, tolerance, 1.0, exchange));
-    ASSIGN_OR_RETURN(solution, SolveConjugateGradients(transport, leaves, start, solver, exchange));
+    ASSIGN_OR_RETURN(solution,
+                     isolux::Solve(options.solver, transport, leaves, start, solver, exchange));
   }
   ASSIGN_OR_RETURN(const ErrorEstimate errors,
                    EstimateError(product, tree, leaves, solution.irradiance, {start, old_leaf},

@@ -59,6 +59,16 @@ void AddSolveFlags(CLI::App& command, SolveOptions* options) {
       ->group(group)
       ->delimiter(',');
   add("--seed", options->seed, "of the sampling");
+  std::map<std::string, SolverMethod> methods;
+  for (int m = 0; m <= static_cast<int>(SolverMethod::kSouthwell); ++m)
+    methods[ToText(static_cast<SolverMethod>(m))] = static_cast<SolverMethod>(m);
+  command
+      .add_option(
+          "--solver", options->solver,
+          "of each round: cg|jacobi|gauss-seidel|chebyshev|southwell; all but the first are "
+          "for study [cg]")
+      ->group(group)
+      ->transform(CLI::CheckedTransformer(methods).description(""));
   // For tests: hidden.
   command.add_option("--forced-splits", options->forced_splits)->group("");
 }

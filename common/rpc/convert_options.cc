@@ -16,6 +16,7 @@ v1::SolveOptions ToProto(const SolveOptions& options) {
   message.set_balance_threshold(options.balance_threshold);
   message.mutable_epsilons()->Assign(options.epsilons.begin(), options.epsilons.end());
   message.set_seed(options.seed);
+  message.set_solver(static_cast<v1::SolverMethod>(options.solver));
   return message;
 }
 
@@ -27,6 +28,10 @@ Result<SolveOptions> FromProto(const v1::SolveOptions& message) {
   if (!v1::BalanceStrategy_IsValid(message.balance())) {
     return Error(StatusCode::kInvalidArgument, "options: unknown balance strategy {}",
                  static_cast<int>(message.balance()));
+  }
+  if (!v1::SolverMethod_IsValid(message.solver())) {
+    return Error(StatusCode::kInvalidArgument, "options: unknown solver {}",
+                 static_cast<int>(message.solver()));
   }
   SolveOptions options;
   options.accuracy = message.accuracy();
@@ -41,6 +46,7 @@ Result<SolveOptions> FromProto(const v1::SolveOptions& message) {
   options.balance_threshold = message.balance_threshold();
   options.epsilons.assign(message.epsilons().begin(), message.epsilons().end());
   options.seed = message.seed();
+  options.solver = static_cast<SolverMethod>(message.solver());
   return options;
 }
 

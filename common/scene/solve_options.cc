@@ -85,4 +85,28 @@ Result<BalanceStrategy> ParseBalanceStrategy(const std::string& text) {
                "balance strategy '{}': choose none, rotate or greedy-refine", text);
 }
 
+Result<SolverMethod> ParseSolverMethod(const std::string& text) {
+  for (int m = 0; m <= static_cast<int>(SolverMethod::kSouthwell); ++m) {
+    if (text == ToText(static_cast<SolverMethod>(m))) return static_cast<SolverMethod>(m);
+  }
+  return Error(StatusCode::kInvalidArgument,
+               "solver '{}': choose cg, jacobi, gauss-seidel, chebyshev or southwell", text);
+}
+
+const char* ToText(SolverMethod method) {
+  switch (method) {
+    case SolverMethod::kConjugateGradients:
+      return "cg";
+    case SolverMethod::kJacobi:
+      return "jacobi";
+    case SolverMethod::kGaussSeidel:
+      return "gauss-seidel";
+    case SolverMethod::kChebyshev:
+      return "chebyshev";
+    case SolverMethod::kSouthwell:
+      return "southwell";
+  }
+  return "unknown";
+}
+
 }  // namespace isolux

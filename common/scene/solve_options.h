@@ -13,6 +13,8 @@ namespace isolux {
 
 enum class Distribution { kOctree, kRandom, kInput, kBalanced };
 enum class BalanceStrategy { kNone, kRotate, kGreedyRefine };
+// How B = E + ρH is solved in a round; all but the first are for study.
+enum class SolverMethod { kConjugateGradients, kJacobi, kGaussSeidel, kChebyshev, kSouthwell };
 
 struct SolveOptions {
   double accuracy = 0.02;         // mean |ΔH| / mean H asked for, in (0, 1]
@@ -27,6 +29,7 @@ struct SolveOptions {
   double balance_threshold = 1.15;  // max/mean of the predicted load above which nodes migrate
   std::vector<double> epsilons;  // thresholds to use, W, one a round; empty: chosen by the schedule
   uint64_t seed = 1;             // of the sampling
+  SolverMethod solver = SolverMethod::kConjugateGradients;
 
   Status Validate() const;
 };
@@ -75,5 +78,7 @@ struct SolveSummary {
 
 Result<Distribution> ParseDistribution(const std::string& text);  // octree|random|input|balanced
 Result<BalanceStrategy> ParseBalanceStrategy(const std::string& text);  // none|rotate|greedy-refine
+Result<SolverMethod> ParseSolverMethod(const std::string& text);
+const char* ToText(SolverMethod method);  // cg|jacobi|gauss-seidel|chebyshev|southwell
 
 }  // namespace isolux

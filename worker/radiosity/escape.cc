@@ -118,9 +118,11 @@ Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, double accu
     p.area += hierarchy.surface_area_m2(s);
     p.reflecting += hierarchy.surface_area_m2(s) * std::max({rho.x, rho.y, rho.z});
   }
-  Scout scout{std::vector<float>(surfaces.size()), std::vector<uint8_t>(surfaces.size())};
+  Scout scout{std::vector<float>(surfaces.size()), std::vector<uint8_t>(surfaces.size()),
+              std::vector<uint32_t>(surfaces.size())};
   for (uint32_t s = 0; s < surfaces.size(); ++s) {
-    const Pool& p = pools[components.Find(s)];
+    scout.component[s] = components.Find(s);
+    const Pool& p = pools[scout.component[s]];
     const double absorbed = std::max(1e-6, 1 - p.reflecting / p.area);
     scout.escape[s] = static_cast<float>(scouted[s].escaped) / static_cast<float>(scouted[s].rays);
     scout.closed[s] =

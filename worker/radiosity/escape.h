@@ -16,6 +16,7 @@ struct Scout {
   std::vector<float> escape;    // share of cosine-distributed rays that reach no participating side
   std::vector<uint8_t> closed;  // whether none of n pooled rays left the surface's component of the
                                 // scene, with n ≥ 15/(a (1 − ρ̄)) for the accuracy a
+  std::vector<uint32_t> component;  // the lowest surface of the surface's component
 };
 
 // Surfaces that see each other along a ray are one component.

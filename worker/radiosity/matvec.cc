@@ -119,7 +119,7 @@ Product::Product(const Tree& tree, const Placement& placement, LinkSet& links,
 }
 
 Status Product::Irradiance(std::span<const Lanes> radiosity, double bound, int lanes,
-                           std::span<Lanes> irradiance) {
+                           std::span<Lanes> irradiance, LinkScope scope) {
   if (!(bound > 0)) {
     // Nothing radiates, here or anywhere.
     std::fill(irradiance.begin(), irradiance.end(), Lanes{});
@@ -136,7 +136,7 @@ Status Product::Irradiance(std::span<const Lanes> radiosity, double bound, int l
         to_p = xq * (c * inverse_area_[link.p]);
         to_q = xp * (c * inverse_area_[link.q]);
       },
-      sums));
+      sums, scope));
   const double unit = std::ldexp(1.0, -exponent);
   for (size_t i = 0; i < sums.size(); ++i) {
     for (int lane = 0; lane < 4; ++lane) {

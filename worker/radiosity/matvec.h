@@ -37,6 +37,12 @@ struct ActiveNodes {
 Result<ActiveNodes> Subscribe(Tree& tree, Placement& placement, const LinkSet& links,
                               Exchange& exchange);
 
+// Which links a product goes over.
+enum class LinkScope {
+  kAll,
+  kNotLocal,  // without those whose ends are both at or below own cut nodes
+};
+
 class Product {
  public:
   // Puts the links between own nodes first.
@@ -44,12 +50,15 @@ class Product {
           ThreadPool& pool, Exchange& exchange);
 
   size_t leaf_count() const { return active_.leaves.size(); }
+  const Tree& tree() const { return tree_; }
+  const ActiveNodes& active() const { return active_; }
+  std::span<const Link> local_links() const { return local_; }  // between own nodes
 
   // Irradiance (W/m²) at own leaves from the radiosity of all leaves, of which `radiosity` are our
   // own; `bound` is not less than any |radiosity| at any worker, and the same at all of them.
   // Lanes beyond `lanes` are not exchanged and must be 0.
   Status Irradiance(std::span<const Lanes> radiosity, double bound, int lanes,
-                    std::span<Lanes> irradiance);
+                    std::span<Lanes> irradiance, LinkScope scope = LinkScope::kAll);
 
   // The same road with another kernel and integer results. kernel(link, xp, xq, to_p, to_q) gives
   // what a link adds to its two ends, from the values at them: numbers below 2^51 in size, rounded
@@ -57,7 +66,7 @@ class Product {
   enum class Inherit { kWhole, kHalf };
   template <typename Function>
   Status Sums(std::span<const Lanes> values, int lanes, std::array<Inherit, 4> inherit,
-              const Function& kernel, std::span<IntLanes> sums);
+              const Function& kernel, std::span<IntLanes> sums, LinkScope scope = LinkScope::kAll);
 
   uint32_t products() const { return products_; }
   double wait_s() const { return wait_s_; }  // wall time spent waiting for others
@@ -112,12 +121,12 @@ void Product::ApplyLinks(std::span<const Link> links, const Function& kernel) {
 
 template <typename Function>
 Status Product::Sums(std::span<const Lanes> values, int lanes, std::array<Inherit, 4> inherit,
-                     const Function& kernel, std::span<IntLanes> sums) {
+                     const Function& kernel, std::span<IntLanes> sums, LinkScope scope) {
   ++products_;
   for (auto& thread : sum_) std::fill(thread.begin(), thread.end(), IntLanes{});
   PullOwn(values);
   RETURN_IF_ERROR(SendOwnValues(lanes));
-  ApplyLinks(local_, kernel);  // while the others' values travel
+  if (scope == LinkScope::kAll) ApplyLinks(local_, kernel);  // while the others' values travel
   RETURN_IF_ERROR(ReceiveOtherValues(lanes));
   ApplyLinks(remote_, kernel);
   ApplyLinks(crown_, kernel);

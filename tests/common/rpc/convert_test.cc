@@ -52,6 +52,7 @@ JobInfo Job() {
   job.state = JobState::kRunning;
   job.options.accuracy = 0.125;
   job.options.epsilons = {2, 1};
+  job.options.solver = SolverMethod::kChebyshev;
   job.digest = std::string(32, 'd');
   job.scene_bytes = 11;
   job.polygons = 12;

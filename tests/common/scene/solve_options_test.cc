@@ -53,6 +53,16 @@ TEST(SolveOptions, ParsesNames) {
             std::string::npos);
 }
 
+TEST(SolveOptions, NamesSolversAsItParsesThem) {
+  for (const char* name : {"cg", "jacobi", "gauss-seidel", "chebyshev", "southwell"}) {
+    const auto method = ParseSolverMethod(name);
+    ASSERT_TRUE(method.has_value()) << name;
+    EXPECT_STREQ(ToText(*method), name);
+  }
+  EXPECT_EQ(ParseSolverMethod("cg"), SolveOptions().solver);
+  EXPECT_NE(ParseSolverMethod("sor").error().message().find("southwell"), std::string::npos);
+}
+
 TEST(SolveOptions, EveryEndHasItsOwnText) {
   std::set<std::string> texts;
   for (int reason = 0; reason <= static_cast<int>(EndReason::kFinished); ++reason) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/util/random.h"
+#include "tests/support/link_bench.h"
 #include "tests/support/scenes.h"
 #include "worker/radiosity/closure.h"
 #include "worker/radiosity/escape.h"
@@ -15,72 +16,7 @@
 namespace isolux {
 namespace {
 
-// The parts of a shard laid open, refined once to a share of the emitted power.
-struct Bench {
-  Bench(Scene scene_in, double share, int threads = 2)
-      : scene(std::move(scene_in)),
-        pool(threads),
-        hierarchy(scene),
-        rays(hierarchy),
-        tree(hierarchy) {
-    Snapshot start;
-    double emitted = 0;
-    for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
-      LeafRecord leaf;
-      leaf.id = {s, 1};
-      leaf.irradiance = {0.1, 0.1, 0.1};
-      start.leaves.push_back(leaf);
-      emitted += hierarchy.surface_area_m2(s) * Sum(hierarchy.surfaces()[s].exitance);
-    }
-    std::vector<uint32_t> moved;
-    EXPECT_TRUE(tree.Install(start, &moved).ok());
-    placement = std::make_unique<Placement>(
-        Placement::Make(tree, {{{NodeId::kCluster, 0}}, {0}, 1}, 0).value());
-    const NodeSampler sampler(tree);
-    epsilon_w = share * emitted;
-    EXPECT_TRUE(
-        Refine(epsilon_w, {&rays, &sampler, 1}, tree, *placement, pool, links, counters, nullptr)
-            .ok());
-    nodes = Subscribe(tree, *placement, links, exchange).value();
-    product = std::make_unique<Product>(tree, *placement, links, nodes, pool, exchange);
-    for (const uint32_t node : nodes.leaves) {
-      const Surface& surface = tree.surface_of(node);
-      system.area_m2.push_back(tree.area_m2(node));
-      system.reflectance.push_back(
-          Lanes{surface.reflectance.x, surface.reflectance.y, surface.reflectance.z, 0});
-      system.exitance.push_back(
-          Lanes{surface.exitance.x, surface.exitance.y, surface.exitance.z, 0});
-      system.closure.push_back(1);
-    }
-  }
-
-  std::vector<Lanes> RandomValues(uint64_t seed) const {
-    Random random(seed);
-    std::vector<Lanes> values(system.size());
-    for (Lanes& v : values) v = Lanes{random.Unit(), random.Unit(), random.Unit(), 0};
-    return values;
-  }
-
-  std::vector<Lanes> Irradiance(const std::vector<Lanes>& radiosity) {
-    std::vector<Lanes> result(radiosity.size());
-    EXPECT_TRUE(product->Irradiance(radiosity, 1.0, 3, result).ok());
-    return result;
-  }
-
-  Scene scene;
-  ThreadPool pool;
-  Hierarchy hierarchy;
-  RayScene rays;
-  Tree tree;
-  std::unique_ptr<Placement> placement;
-  LinkSet links;
-  RefineCounters counters;
-  NullExchange exchange;
-  ActiveNodes nodes;
-  std::unique_ptr<Product> product;
-  LeafSystem system;
-  double epsilon_w = 0;
-};
+using Bench = testing::LinkBench;
 
 TEST(Refine, LeavesNoLinkAboveItsThreshold) {
   const Bench bench(testing::CornellBox(true), 1e-3);
@@ -194,11 +130,11 @@ TEST(ConjugateGradients, AgreesWithADenseFactorisation) {
     for (size_t j = k + 1; j < n; ++j) sum -= at(k, j) * radiosity[j];
     radiosity[k] = sum / at(k, k);
   }
-  Transport transport(*bench.product, bench.system);
+  LinkTransport transport(*bench.product, bench.system);
   SolverOptions options;
   options.accuracy = 1e-9;
-  const auto solved = SolveConjugateGradients(
-      transport, bench.system, std::vector<Lanes>(n, Lanes{}), options, bench.exchange);
+  const auto solved = Solve(SolverMethod::kConjugateGradients, transport, bench.system,
+                            std::vector<Lanes>(n, Lanes{}), options, bench.exchange);
   ASSERT_TRUE(solved.has_value());
   double emitted = 0;
   for (size_t i = 0; i < n; ++i) emitted = std::max(emitted, bench.system.exitance[i][0]);
@@ -209,12 +145,6 @@ TEST(ConjugateGradients, AgreesWithADenseFactorisation) {
   }
   EXPECT_GT(solved->largest_eigenvalue, 0);
   EXPECT_LT(solved->largest_eigenvalue, 1);
-}
-
-TEST(SmallestEigenvalue, MatchesAKnownMatrix) {
-  // Tridiagonal (−1, 2, −1) of order 10: 2 − 2 cos(π/11).
-  const std::vector<double> diagonal(10, 2.0), off(9, -1.0);
-  EXPECT_NEAR(SmallestEigenvalue(diagonal, off), 2 - 2 * std::cos(M_PI / 11), 1e-10);
 }
 
 // A job of one shard, driven by hand.

@@ -1,0 +1,30 @@
+#include "worker/radiosity/ambient.h"
+
+namespace isolux {
+
+Snapshot AmbientSnapshot(const Hierarchy& hierarchy, const Scout& scout) {
+  const auto surfaces = hierarchy.surfaces();
+  struct Component {
+    Rgb emitted{0.0}, lost{0.0};
+  };
+  std::vector<Component> components(surfaces.size());  // by its lowest surface
+  for (uint32_t s = 0; s < surfaces.size(); ++s) {
+    Component& component = components[scout.component[s]];
+    const double area = hierarchy.surface_area_m2(s), escape = scout.escape[s];
+    component.emitted += area * (1 - escape) * surfaces[s].exitance;
+    component.lost += area * (1.0 - surfaces[s].reflectance + surfaces[s].reflectance * escape);
+  }
+  Snapshot snapshot;
+  snapshot.leaves.resize(surfaces.size());
+  for (uint32_t s = 0; s < surfaces.size(); ++s) {
+    LeafRecord& leaf = snapshot.leaves[s];
+    leaf.id = {s, 1};
+    const Component& component = components[scout.component[s]];
+    for (int c = 0; c < 3; ++c) {
+      if (component.lost[c] > 0) leaf.irradiance[c] = component.emitted[c] / component.lost[c];
+    }
+  }
+  return snapshot;
+}
+
+}  // namespace isolux

@@ -1,0 +1,64 @@
+// Gauss–Seidel: leaf after leaf takes B = E + ρH from all that is known by then; what crosses
+// between workers is of the sweep before, as in Jacobi. Couplings are not negative, so the sweeps
+// converge whatever is left to the sweep before.
+#include <algorithm>
+#include <cmath>
+
+#include "worker/radiosity/solver_parts.h"
+
+namespace isolux::solver {
+namespace {
+
+// Sweeps before the ratio of two changes is believed.
+constexpr uint32_t kSettling = 3;
+
+}  // namespace
+
+Result<SolverResult> GaussSeidel(const Problem& problem) {
+  const LeafSystem& leaves = problem.leaves;
+  ASSIGN_OR_RETURN(const Lanes emitted_w, EmittedPower(problem));
+  Stopping stopping(problem.options, emitted_w);
+  std::vector<Lanes> radiosity = RadiosityFrom(leaves, problem.start), from_others(leaves.size());
+  SolverResult result;
+  Lanes change_w{};
+  std::array<double, kChannels> rate{};
+  bool diverges = false;
+  while (!diverges && result.products + 1 < problem.options.max_products) {
+    double bound = 0;
+    for (Lanes& b : radiosity) {
+      b[3] = 0;
+      bound = std::max(bound, LargestOf(b));
+    }
+    ASSIGN_OR_RETURN(auto sums, ReduceSums(problem.exchange, {}, bound, &bound));
+    RETURN_IF_ERROR(problem.transport.IrradianceFromOthers(radiosity, bound, from_others));
+    const LaneMask going = stopping.Going();
+    ChannelSums change;
+    problem.transport.Sweep(radiosity, from_others, [&](size_t i, const Lanes& irradiance) {
+      const Lanes next = leaves.exitance[i] + leaves.reflectance[i] * irradiance;
+      Add(leaves.area_m2[i] * Absolute(next - radiosity[i]), change);
+      return Select(going, next, radiosity[i]);
+    });
+    ++result.products;
+    ++result.iterations;
+    if (problem.options.watch && problem.options.watch(radiosity)) break;
+
+    // The change of a sweep is more than the power it leaves undone; the sweeps to come add up to
+    // change · q/(1 − q) when each is q times the one before.
+    ASSIGN_OR_RETURN(sums, ReduceSums(problem.exchange, {change}, 0, &bound));
+    Lanes left_w{};
+    for (int c = 0; c < kChannels; ++c) {
+      if (stopping.done(c)) continue;
+      if (result.iterations > 1 && change_w[c] > 0) rate[c] = sums[0][c] / change_w[c];
+      diverges |= result.iterations > kSettling && !(rate[c] <= kLargestEigenvalue);
+      left_w[c] = sums[0][c] * (result.iterations > 1 ? std::min(rate[c], 1.0) : 1.0);
+    }
+    change_w = sums[0];
+    if (stopping.Done(left_w, rate, result.iterations >= kSettling)) break;
+  }
+  RETURN_IF_ERROR(Finish(problem, std::move(radiosity), emitted_w, &result));
+  result.indefinite = diverges;
+  SetEigenvalue(rate, &result);
+  return result;
+}
+
+}  // namespace isolux::solver

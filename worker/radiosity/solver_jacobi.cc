@@ -1,0 +1,152 @@
+// Jacobi: H ← F(E + ρH), all at once; one bounce of light a product. And Chebyshev's acceleration
+// of it [GolubVarga61]: H_{k+1} = ω_{k+1} (F(E + ρH_k) − H_{k−1}) + H_{k−1}, with ω from the
+// largest eigenvalue λ of ρF, whose spectrum lies in [−λ, λ] since F is not negative.
+#include <algorithm>
+#include <cmath>
+
+#include "worker/radiosity/solver_parts.h"
+
+namespace isolux::solver {
+namespace {
+
+// Plain steps before Rayleigh's quotient is believed: it then has lost most of what is not of the
+// largest eigenvalue.
+constexpr uint32_t kSettling = 5;
+// Chebyshev starts anew where the gap 1 − λ turns out smaller than this share of what it assumes.
+constexpr double kGapTolerance = 0.9;
+// A residual this many times the least so far does not come back.
+constexpr double kGrowth = 1e6;
+
+// What one product shows of the way: δ = F(E + ρH) − H, its power Σ ρA|δ|, and how the operator
+// acts on the δ of the step before.
+struct Shown {
+  Lanes left_w{}, squared{}, image{};  // Σ ρA|δ|, Σ ρA δ'², Σ ρA δ' Mδ'; δ' of the step before
+};
+
+class Run {
+ public:
+  Run(const Problem& problem, const Lanes& emitted_w, bool accelerated)
+      : problem_(problem),
+        leaves_(problem.leaves),
+        accelerated_(accelerated),
+        emitted_w_(emitted_w),
+        stopping_(problem.options, emitted_w),
+        irradiance_(problem.start.begin(), problem.start.end()),
+        before_(irradiance_),
+        change_(irradiance_.size(), Lanes{}),
+        change_before_(irradiance_.size(), Lanes{}) {}
+
+  Result<SolverResult> Solve() {
+    while (true) {
+      RETURN_IF_ERROR(Product());
+      ASSIGN_OR_RETURN(const Shown shown, Measure());
+      Judge(shown);
+      SetResidual(shown.left_w, emitted_w_, &result_);
+      const bool done = stopping_.Done(shown.left_w, rate_, result_.iterations >= kSettling);
+      if (done || diverges_ || result_.products >= problem_.options.max_products) break;
+      Step();
+      const auto& watch = problem_.options.watch;
+      if (watch && watch(RadiosityFrom(leaves_, irradiance_))) break;
+    }
+    // The last product is taken plainly.
+    for (Lanes& h : product_) h = Maximum(h, Splat(0.0));
+    result_.irradiance = std::move(product_);
+    result_.indefinite = diverges_;
+    SetEigenvalue(rate_, &result_);
+    return std::move(result_);
+  }
+
+ private:
+  Status Product() {
+    std::vector<Lanes> radiosity = RadiosityFrom(leaves_, irradiance_);
+    double bound = 0;
+    for (Lanes& b : radiosity) {
+      b[3] = 0;
+      bound = std::max(bound, LargestOf(b));
+    }
+    ASSIGN_OR_RETURN(const auto sums, ReduceSums(problem_.exchange, {}, bound, &bound));
+    product_.resize(radiosity.size());
+    ++result_.products;
+    return problem_.transport.Irradiance(radiosity, bound, product_);
+  }
+
+  Result<Shown> Measure() {
+    ChannelSums left, squared, image;
+    const Lanes omega = omega_;
+    for (size_t i = 0; i < product_.size(); ++i) {
+      const Lanes weight = leaves_.reflectance[i] * leaves_.area_m2[i];
+      const Lanes change = product_[i] - irradiance_[i];
+      // δ_{k+1} = ω_{k+1} (Mδ_k − δ_{k−1}) + δ_{k−1}, with ω = 1 for a plain step.
+      const Lanes moved = (change - change_before_[i]) / omega + change_before_[i];
+      Add(weight * Absolute(change), left);
+      Add(weight * change_[i] * change_[i], squared);
+      Add(weight * change_[i] * moved, image);
+      change_before_[i] = change_[i];
+      change_[i] = change;
+    }
+    double unused = 0;
+    ASSIGN_OR_RETURN(const auto sums,
+                     ReduceSums(problem_.exchange, {left, squared, image}, 0, &unused));
+    return Shown{sums[0], sums[1], sums[2]};
+  }
+
+  // Rayleigh's quotients never exceed the largest eigenvalue, so the largest of them is the best.
+  void Judge(const Shown& shown) {
+    for (int c = 0; c < kChannels; ++c) {
+      if (stopping_.done(c)) continue;
+      if (result_.iterations > 0 && shown.squared[c] > 0) {
+        rate_[c] = std::max(rate_[c], shown.image[c] / shown.squared[c]);
+      }
+      least_w_[c] = std::min(least_w_[c], shown.left_w[c]);
+      diverges_ |= rate_[c] > kLargestEigenvalue || !(shown.left_w[c] <= kGrowth * least_w_[c]);
+    }
+  }
+
+  void Step() {
+    ++result_.iterations;
+    for (int c = 0; c < kChannels; ++c) omega_[c] = NextOmega(c);
+    const LaneMask going = stopping_.Going();
+    for (size_t i = 0; i < irradiance_.size(); ++i) {
+      const Lanes next = omega_ * (product_[i] - before_[i]) + before_[i];
+      before_[i] = irradiance_[i];
+      irradiance_[i] = Select(going, next, irradiance_[i]);
+    }
+  }
+
+  double NextOmega(int c) {
+    if (!accelerated_ || result_.iterations <= kSettling) return 1;
+    if (1 - rate_[c] < kGapTolerance * (1 - assumed_[c])) {
+      assumed_[c] = std::min(rate_[c], kLargestEigenvalue);
+      steps_[c] = 0;
+      return 1;
+    }
+    const double square = assumed_[c] * assumed_[c];
+    return ++steps_[c] == 1 ? 1 / (1 - 0.5 * square) : 1 / (1 - 0.25 * square * omega_[c]);
+  }
+
+  const Problem& problem_;
+  const LeafSystem& leaves_;
+  const bool accelerated_;
+  const Lanes emitted_w_;
+  Stopping stopping_;
+  std::vector<Lanes> irradiance_, before_, product_;  // H_k, H_{k−1}, F(E + ρH_k)
+  std::vector<Lanes> change_, change_before_;         // δ_k, δ_{k−1}
+  Lanes omega_ = Splat(1.0);
+  Lanes least_w_ = Splat(HUGE_VAL);
+  std::array<double, kChannels> rate_{}, assumed_{};  // λ as seen, and as ω assumes it
+  std::array<uint32_t, kChannels> steps_{};           // since Chebyshev started
+  bool diverges_ = false;
+  SolverResult result_;
+};
+
+Result<SolverResult> Iterate(const Problem& problem, bool accelerated) {
+  ASSIGN_OR_RETURN(const Lanes emitted_w, EmittedPower(problem));
+  return Run(problem, emitted_w, accelerated).Solve();
+}
+
+}  // namespace
+
+Result<SolverResult> Jacobi(const Problem& problem) { return Iterate(problem, false); }
+Result<SolverResult> Chebyshev(const Problem& problem) { return Iterate(problem, true); }
+
+}  // namespace isolux::solver

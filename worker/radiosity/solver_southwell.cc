@@ -1,0 +1,149 @@
+// Southwell's relaxation, known as shooting or progressive refinement
+// [CohenChenWallaceGreenberg88]: the leaf with the most unshot power radiates it to all others. A
+// pass is as many shots as there are leaves, at each worker among its own; what crosses between
+// workers goes after the pass. A shot touches all leaves and the next is looked for among all: a
+// pass is quadratic in the leaves of a worker.
+#include <algorithm>
+#include <cmath>
+
+#include "worker/radiosity/solver_parts.h"
+
+namespace isolux::solver {
+namespace {
+
+class Run {
+ public:
+  Run(const Problem& problem, const Lanes& emitted_w)
+      : problem_(problem),
+        leaves_(problem.leaves),
+        emitted_w_(emitted_w),
+        stopping_(problem.options, emitted_w),
+        radiosity_(RadiosityFrom(leaves_, problem.start)),
+        pending_(leaves_.size()),
+        from_others_(leaves_.size()) {}
+
+  Result<SolverResult> Solve() {
+    double bound = 0;
+    for (const Lanes& b : radiosity_) bound = std::max(bound, LargestOf(b));
+    ASSIGN_OR_RETURN(const auto sums, ReduceSums(problem_.exchange, {}, bound, &bound));
+    RETURN_IF_ERROR(problem_.transport.Irradiance(radiosity_, bound, pending_));
+    ++result_.products;
+    for (size_t i = 0; i < pending_.size(); ++i) pending_[i] -= problem_.start[i];
+    RETURN_IF_ERROR(Measure());
+    while (!stopping_.Done(unshot_w_, rate_, result_.iterations > 0) && !diverges_ &&
+           result_.products + 1 < problem_.options.max_products) {
+      RETURN_IF_ERROR(Pass());
+      if (problem_.options.watch && problem_.options.watch(WithAmbient())) break;
+    }
+    RETURN_IF_ERROR(Finish(problem_, WithAmbient(), emitted_w_, &result_));
+    result_.indefinite = diverges_;
+    SetEigenvalue(rate_, &result_);
+    return std::move(result_);
+  }
+
+ private:
+  // Unshot radiosity is what is reflected of the pending irradiance.
+  Lanes Unshot(size_t i) const {
+    return Select(going_, leaves_.reflectance[i] * pending_[i], Lanes{});
+  }
+
+  size_t Brightest() const {
+    size_t best = 0;
+    double most = -1;
+    for (size_t i = 0; i < pending_.size(); ++i) {
+      const Lanes power = leaves_.area_m2[i] * Absolute(Unshot(i));
+      const double sum = power[0] + power[1] + power[2];
+      if (sum > most) {
+        most = sum;
+        best = i;
+      }
+    }
+    return best;
+  }
+
+  Status Pass() {
+    going_ = stopping_.Going();
+    std::vector<Lanes> sent(leaves_.size(), Lanes{});
+    ChannelSums shot;
+    for (size_t k = 0; k < leaves_.size(); ++k) {
+      if (k % 256 == 0 && problem_.exchange.Cancelled()) {
+        return {StatusCode::kCancelled, "the solution was cancelled"};
+      }
+      const size_t i = Brightest();
+      const Lanes radiosity = Unshot(i);
+      Add(leaves_.area_m2[i] * Absolute(radiosity), shot);
+      radiosity_[i] += radiosity;
+      sent[i] += radiosity;
+      pending_[i] = Select(going_, Lanes{}, pending_[i]);
+      problem_.transport.Shoot(i, radiosity, pending_);
+    }
+    double bound = 0;
+    for (const Lanes& b : sent) bound = std::max(bound, LargestOf(b));
+    ASSIGN_OR_RETURN(const auto sums, ReduceSums(problem_.exchange, {shot}, bound, &bound));
+    RETURN_IF_ERROR(problem_.transport.IrradianceFromOthers(sent, bound, from_others_));
+    for (size_t i = 0; i < pending_.size(); ++i) pending_[i] += from_others_[i];
+    ++result_.products;
+    ++result_.iterations;
+    const Lanes before_w = unshot_w_;
+    RETURN_IF_ERROR(Measure());
+    // Unshot power fell by what was shot and rose by what of it was reflected: λ of the shots.
+    for (int c = 0; c < kChannels; ++c) {
+      if (stopping_.done(c) || !(sums[0][c] > 0)) continue;
+      rate_[c] = std::max(rate_[c], 1 - (before_w[c] - unshot_w_[c]) / sums[0][c]);
+      diverges_ |= !(rate_[c] <= kLargestEigenvalue);
+    }
+    return {};
+  }
+
+  Status Measure() {
+    ChannelSums unshot, balance, reflecting;
+    for (size_t i = 0; i < pending_.size(); ++i) {
+      const Lanes reflecting_m2 = leaves_.area_m2[i] * leaves_.reflectance[i];
+      Add(reflecting_m2 * Absolute(pending_[i]), unshot);
+      Add(reflecting_m2 * pending_[i], balance);
+      Add(reflecting_m2, reflecting);
+    }
+    double unused = 0;
+    ASSIGN_OR_RETURN(const auto sums,
+                     ReduceSums(problem_.exchange, {unshot, balance, reflecting}, 0, &unused));
+    unshot_w_ = sums[0];
+    balance_w_ = sums[1];
+    reflecting_m2_ = sums[2];
+    return {};
+  }
+
+  // What is unshot counts as radiated, and what it will still cause as spread evenly over the
+  // scene: the ambient light of the shooting method.
+  std::vector<Lanes> WithAmbient() const {
+    Lanes ambient{};
+    for (int c = 0; c < kChannels; ++c) {
+      if (!(reflecting_m2_[c] > 0) || !(rate_[c] < kLargestEigenvalue)) continue;
+      ambient[c] = balance_w_[c] * rate_[c] / (1 - rate_[c]) / reflecting_m2_[c];
+    }
+    std::vector<Lanes> radiosity(leaves_.size());
+    for (size_t i = 0; i < radiosity.size(); ++i)
+      radiosity[i] = radiosity_[i] + leaves_.reflectance[i] * (pending_[i] + ambient);
+    return radiosity;
+  }
+
+  const Problem& problem_;
+  const LeafSystem& leaves_;
+  const Lanes emitted_w_;
+  Stopping stopping_;
+  std::vector<Lanes> radiosity_;              // shot so far
+  std::vector<Lanes> pending_, from_others_;  // irradiance of which nothing was reflected yet
+  LaneMask going_{};
+  Lanes unshot_w_{}, balance_w_{}, reflecting_m2_{};
+  std::array<double, kChannels> rate_{};
+  bool diverges_ = false;
+  SolverResult result_;
+};
+
+}  // namespace
+
+Result<SolverResult> Southwell(const Problem& problem) {
+  ASSIGN_OR_RETURN(const Lanes emitted_w, EmittedPower(problem));
+  return Run(problem, emitted_w).Solve();
+}
+
+}  // namespace isolux::solver
