@@ -34,15 +34,6 @@ Result<std::vector<Lanes>> ReduceSums(Exchange& exchange, const std::vector<Chan
   return result;
 }
 
-Result<Lanes> EmittedPower(const Problem& problem) {
-  ChannelSums emitted;
-  for (size_t i = 0; i < problem.leaves.size(); ++i)
-    Add(problem.leaves.exitance[i] * problem.leaves.area_m2[i], emitted);
-  double unused = 0;
-  ASSIGN_OR_RETURN(const auto sums, ReduceSums(problem.exchange, {emitted}, 0, &unused));
-  return sums[0];
-}
-
 std::vector<Lanes> RadiosityFrom(const LeafSystem& leaves, std::span<const Lanes> irradiance) {
   std::vector<Lanes> radiosity(leaves.size());
   for (size_t i = 0; i < leaves.size(); ++i)
@@ -71,8 +62,7 @@ LaneMask Stopping::Going() const {
   return mask;
 }
 
-Status Finish(const Problem& problem, std::vector<Lanes> radiosity, const Lanes& emitted_w,
-              SolverResult* result) {
+Status Finish(const Problem& problem, std::vector<Lanes> radiosity, SolverResult* result) {
   const LeafSystem& leaves = problem.leaves;
   double bound = 0;
   for (Lanes& b : radiosity) {
@@ -90,11 +80,12 @@ Status Finish(const Problem& problem, std::vector<Lanes> radiosity, const Lanes&
     Add(leaves.area_m2[i] * Absolute(next - radiosity[i]), left);
   }
   ASSIGN_OR_RETURN(sums, ReduceSums(problem.exchange, {left}, 0, &bound));
-  SetResidual(sums[0], emitted_w, result);
+  SetResidual(problem, sums[0], result);
   return {};
 }
 
-void SetResidual(const Lanes& left_w, const Lanes& emitted_w, SolverResult* result) {
+void SetResidual(const Problem& problem, const Lanes& left_w, SolverResult* result) {
+  const Lanes& emitted_w = problem.emitted_w;
   result->residual = 0;
   for (int c = 0; c < kChannels; ++c) {
     if (emitted_w[c] > 0) result->residual = std::max(result->residual, left_w[c] / emitted_w[c]);
@@ -138,7 +129,15 @@ double SmallestEigenvalue(std::span<const double> diagonal, std::span<const doub
 Result<SolverResult> Solve(SolverMethod method, Transport& transport, const LeafSystem& leaves,
                            std::span<const Lanes> start, const SolverOptions& options,
                            Exchange& exchange) {
-  const solver::Problem problem{transport, leaves, start, options, exchange};
+  solver::ChannelSums emitted;
+  for (size_t i = 0; i < leaves.size(); ++i)
+    solver::Add(leaves.exitance[i] * leaves.area_m2[i], emitted);
+  double unused = 0;
+  ASSIGN_OR_RETURN(const auto sums, solver::ReduceSums(exchange, {emitted}, 0, &unused));
+  // Where nothing emits all is dark, whatever the start.
+  std::vector<Lanes> lit_start(start.begin(), start.end());
+  for (Lanes& h : lit_start) h = Select(sums[0] > 0.0, h, Lanes{});
+  const solver::Problem problem{transport, leaves, lit_start, sums[0], options, exchange};
   switch (method) {
     case SolverMethod::kConjugateGradients:
       return solver::ConjugateGradients(problem);

@@ -17,11 +17,8 @@ constexpr size_t kSettling = 3;
 // A step is a product and two reductions.
 class Run {
  public:
-  Run(const Problem& problem, const Lanes& emitted_w)
-      : problem_(problem),
-        leaves_(problem.leaves),
-        emitted_w_(emitted_w),
-        stopping_(problem.options, emitted_w) {
+  explicit Run(const Problem& problem)
+      : problem_(problem), leaves_(problem.leaves), stopping_(problem) {
     const size_t n = leaves_.size();
     to_radiosity_.resize(n);
     to_unknown_.resize(n);
@@ -114,10 +111,10 @@ class Run {
 
   Result<SolverResult> End() {
     if (result_.iterations == 0) {
-      SetResidual(residual_w_, emitted_w_, &result_);
+      SetResidual(problem_, residual_w_, &result_);
       result_.irradiance = std::move(product_);  // of the start, which was good enough
     } else {
-      RETURN_IF_ERROR(Finish(problem_, Radiosity(), emitted_w_, &result_));
+      RETURN_IF_ERROR(Finish(problem_, Radiosity(), &result_));
     }
     SetEigenvalue({Eigenvalue(0), Eigenvalue(1), Eigenvalue(2)}, &result_);
     return std::move(result_);
@@ -162,7 +159,6 @@ class Run {
 
   const Problem& problem_;
   const LeafSystem& leaves_;
-  const Lanes emitted_w_;
   Stopping stopping_;
   std::vector<Lanes> to_radiosity_, to_unknown_;  // √(ρ/A), √(ρA)
   std::vector<Lanes> unknown_, residual_, direction_, product_;
@@ -175,8 +171,7 @@ class Run {
 }  // namespace
 
 Result<SolverResult> ConjugateGradients(const Problem& problem) {
-  ASSIGN_OR_RETURN(const Lanes emitted_w, EmittedPower(problem));
-  Run run(problem, emitted_w);
+  Run run(problem);
   RETURN_IF_ERROR(run.Start());
   while (!run.Converged() && run.MayContinue() && !run.Watched()) RETURN_IF_ERROR(run.Step());
   return run.End();

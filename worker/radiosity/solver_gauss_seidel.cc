@@ -16,8 +16,7 @@ constexpr uint32_t kSettling = 3;
 
 Result<SolverResult> GaussSeidel(const Problem& problem) {
   const LeafSystem& leaves = problem.leaves;
-  ASSIGN_OR_RETURN(const Lanes emitted_w, EmittedPower(problem));
-  Stopping stopping(problem.options, emitted_w);
+  Stopping stopping(problem);
   std::vector<Lanes> radiosity = RadiosityFrom(leaves, problem.start), from_others(leaves.size());
   SolverResult result;
   Lanes change_w{};
@@ -55,7 +54,7 @@ Result<SolverResult> GaussSeidel(const Problem& problem) {
     change_w = sums[0];
     if (stopping.Done(left_w, rate, result.iterations >= kSettling)) break;
   }
-  RETURN_IF_ERROR(Finish(problem, std::move(radiosity), emitted_w, &result));
+  RETURN_IF_ERROR(Finish(problem, std::move(radiosity), &result));
   result.indefinite = diverges;
   SetEigenvalue(rate, &result);
   return result;

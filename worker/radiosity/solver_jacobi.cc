@@ -25,12 +25,11 @@ struct Shown {
 
 class Run {
  public:
-  Run(const Problem& problem, const Lanes& emitted_w, bool accelerated)
+  Run(const Problem& problem, bool accelerated)
       : problem_(problem),
         leaves_(problem.leaves),
         accelerated_(accelerated),
-        emitted_w_(emitted_w),
-        stopping_(problem.options, emitted_w),
+        stopping_(problem),
         irradiance_(problem.start.begin(), problem.start.end()),
         before_(irradiance_),
         change_(irradiance_.size(), Lanes{}),
@@ -41,7 +40,7 @@ class Run {
       RETURN_IF_ERROR(Product());
       ASSIGN_OR_RETURN(const Shown shown, Measure());
       Judge(shown);
-      SetResidual(shown.left_w, emitted_w_, &result_);
+      SetResidual(problem_, shown.left_w, &result_);
       const bool done = stopping_.Done(shown.left_w, rate_, result_.iterations >= kSettling);
       if (done || diverges_ || result_.products >= problem_.options.max_products) break;
       Step();
@@ -127,7 +126,6 @@ class Run {
   const Problem& problem_;
   const LeafSystem& leaves_;
   const bool accelerated_;
-  const Lanes emitted_w_;
   Stopping stopping_;
   std::vector<Lanes> irradiance_, before_, product_;  // H_k, H_{k−1}, F(E + ρH_k)
   std::vector<Lanes> change_, change_before_;         // δ_k, δ_{k−1}
@@ -139,14 +137,9 @@ class Run {
   SolverResult result_;
 };
 
-Result<SolverResult> Iterate(const Problem& problem, bool accelerated) {
-  ASSIGN_OR_RETURN(const Lanes emitted_w, EmittedPower(problem));
-  return Run(problem, emitted_w, accelerated).Solve();
-}
-
 }  // namespace
 
-Result<SolverResult> Jacobi(const Problem& problem) { return Iterate(problem, false); }
-Result<SolverResult> Chebyshev(const Problem& problem) { return Iterate(problem, true); }
+Result<SolverResult> Jacobi(const Problem& problem) { return Run(problem, false).Solve(); }
+Result<SolverResult> Chebyshev(const Problem& problem) { return Run(problem, true).Solve(); }
 
 }  // namespace isolux::solver

@@ -13,7 +13,8 @@ inline constexpr int kChannels = 3;
 struct Problem {
   Transport& transport;
   const LeafSystem& leaves;
-  std::span<const Lanes> start;  // irradiance
+  std::span<const Lanes> start;  // irradiance; 0 in channels in which nothing emits
+  Lanes emitted_w;               // Σ A E over all leaves of all workers
   const SolverOptions& options;
   Exchange& exchange;
 };
@@ -38,17 +39,14 @@ inline void Add(const Lanes& v, ChannelSums& sums) {
 Result<std::vector<Lanes>> ReduceSums(Exchange& exchange, const std::vector<ChannelSums>& mine,
                                       double largest, double* largest_of_all);
 
-// Σ A E over all leaves of all workers, W.
-Result<Lanes> EmittedPower(const Problem& problem);
-
 // E + ρH.
 std::vector<Lanes> RadiosityFrom(const LeafSystem& leaves, std::span<const Lanes> irradiance);
 
 // Decides channel by channel when an iteration may stop.
 class Stopping {
  public:
-  Stopping(const SolverOptions& options, const Lanes& emitted_w)
-      : accuracy_(options.accuracy), emitted_w_(emitted_w) {}
+  explicit Stopping(const Problem& problem)
+      : accuracy_(problem.options.accuracy), emitted_w_(problem.emitted_w) {}
 
   // left_w: residual power; rate: λ as known so far, trusted once `settled`. True when every
   // channel is done.
@@ -66,10 +64,9 @@ class Stopping {
 
 // One product from these radiosities gives the irradiance everywhere, also where nothing is
 // reflected, and the true residual. Completes the result but for λ.
-Status Finish(const Problem& problem, std::vector<Lanes> radiosity, const Lanes& emitted_w,
-              SolverResult* result);
+Status Finish(const Problem& problem, std::vector<Lanes> radiosity, SolverResult* result);
 // The largest of the channels, and what follows from it.
-void SetResidual(const Lanes& left_w, const Lanes& emitted_w, SolverResult* result);
+void SetResidual(const Problem& problem, const Lanes& left_w, SolverResult* result);
 void SetEigenvalue(const std::array<double, kChannels>& rate, SolverResult* result);
 
 }  // namespace isolux::solver

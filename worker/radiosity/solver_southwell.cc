@@ -13,11 +13,10 @@ namespace {
 
 class Run {
  public:
-  Run(const Problem& problem, const Lanes& emitted_w)
+  explicit Run(const Problem& problem)
       : problem_(problem),
         leaves_(problem.leaves),
-        emitted_w_(emitted_w),
-        stopping_(problem.options, emitted_w),
+        stopping_(problem),
         radiosity_(RadiosityFrom(leaves_, problem.start)),
         pending_(leaves_.size()),
         from_others_(leaves_.size()) {}
@@ -35,7 +34,7 @@ class Run {
       RETURN_IF_ERROR(Pass());
       if (problem_.options.watch && problem_.options.watch(WithAmbient())) break;
     }
-    RETURN_IF_ERROR(Finish(problem_, WithAmbient(), emitted_w_, &result_));
+    RETURN_IF_ERROR(Finish(problem_, WithAmbient(), &result_));
     result_.indefinite = diverges_;
     SetEigenvalue(rate_, &result_);
     return std::move(result_);
@@ -128,7 +127,6 @@ class Run {
 
   const Problem& problem_;
   const LeafSystem& leaves_;
-  const Lanes emitted_w_;
   Stopping stopping_;
   std::vector<Lanes> radiosity_;              // shot so far
   std::vector<Lanes> pending_, from_others_;  // irradiance of which nothing was reflected yet
@@ -141,9 +139,6 @@ class Run {
 
 }  // namespace
 
-Result<SolverResult> Southwell(const Problem& problem) {
-  ASSIGN_OR_RETURN(const Lanes emitted_w, EmittedPower(problem));
-  return Run(problem, emitted_w).Solve();
-}
+Result<SolverResult> Southwell(const Problem& problem) { return Run(problem).Solve(); }
 
 }  // namespace isolux::solver
