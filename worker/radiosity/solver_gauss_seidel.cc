@@ -22,7 +22,8 @@ Result<SolverResult> GaussSeidel(const Problem& problem) {
   Lanes change_w{};
   std::array<double, kChannels> rate{};
   bool diverges = false;
-  while (!diverges && result.products + 1 < problem.options.max_products) {
+  bool done = stopping.Done(problem.emitted_w, rate, false);  // where nothing emits
+  while (!done && !diverges && result.products + 1 < problem.options.max_products) {
     double bound = 0;
     for (Lanes& b : radiosity) {
       b[3] = 0;
@@ -52,7 +53,7 @@ Result<SolverResult> GaussSeidel(const Problem& problem) {
       left_w[c] = sums[0][c] * (result.iterations > 1 ? std::min(rate[c], 1.0) : 1.0);
     }
     change_w = sums[0];
-    if (stopping.Done(left_w, rate, result.iterations >= kSettling)) break;
+    done = stopping.Done(left_w, rate, result.iterations >= kSettling);
   }
   RETURN_IF_ERROR(Finish(problem, std::move(radiosity), &result));
   result.indefinite = diverges;

@@ -120,8 +120,12 @@ class Run {
       ambient[c] = balance_w_[c] * rate_[c] / (1 - rate_[c]) / reflecting_m2_[c];
     }
     std::vector<Lanes> radiosity(leaves_.size());
-    for (size_t i = 0; i < radiosity.size(); ++i)
-      radiosity[i] = radiosity_[i] + leaves_.reflectance[i] * (pending_[i] + ambient);
+    for (size_t i = 0; i < radiosity.size(); ++i) {
+      // What no light has reached so far may lie in a dark room.
+      const LaneMask lit = (radiosity_[i] > 0.0) | (pending_[i] != 0.0);
+      radiosity[i] =
+          radiosity_[i] + leaves_.reflectance[i] * (pending_[i] + Select(lit, ambient, Lanes{}));
+    }
     return radiosity;
   }
 
