@@ -14,7 +14,8 @@ struct ImportOptions {
   bool strict = false;           // --strict: refuse what would be repaired
   bool require_emission = true;  // refuse a scene in which nothing emits
   // False: the polygons stay those of the file. Only what is neither a triangle nor a convex planar
-  // quad is divided into triangles, each with the number of its polygon in the file.
+  // quad is divided into triangles, each with the number of its polygon in the file. Of a face and
+  // its reversed twin both stay, with their fronts.
   bool prepare_for_transport = true;
 };
 

@@ -281,7 +281,8 @@ bool Builder::IsNew(uint32_t f, const std::vector<uint32_t>& corners) {
   }
   const Outline* twin = find(Canonical(corners, true));
   const uint32_t first = twin != nullptr ? twin->face : f;
-  const bool merge = twin != nullptr && faces_[first].material == faces_[f].material;
+  const bool alike = twin != nullptr && faces_[first].material == faces_[f].material;
+  const bool merge = alike && options_.prepare_for_transport;
   outlines_.emplace(HashOfOutline(loop), Outline{merge ? first : f, merge});
   if (twin == nullptr) return true;
   if (merge) {  // the twin's front is the first one's back
@@ -292,7 +293,7 @@ bool Builder::IsNew(uint32_t f, const std::vector<uint32_t>& corners) {
   }
   faces_[first].sides &= kFrontTakesPart | kFrontEmits;
   faces_[f].sides &= kFrontTakesPart | kFrontEmits;
-  Note(Repair::kTwinOtherMaterial, f);
+  if (!alike) Note(Repair::kTwinOtherMaterial, f);
   return true;
 }
 

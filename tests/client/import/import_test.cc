@@ -201,6 +201,19 @@ TEST_F(Import, TwinsOfTwoMaterialsKeepTheirFronts) {
   EXPECT_EQ(scene.materials[scene.polygons[2].material].name, "red");
 }
 
+TEST_F(Import, UnpreparedKeepsTwinsAndTheirNumbers) {
+  ImportOptions as_given;
+  as_given.prepare_for_transport = false;
+  const Scene scene =
+      Read(WithLamp(std::string(kFloor) + "f 5 6 7 8\nf 8 7 6 5\nf 5 6 7 8\n"), as_given);
+  ASSERT_EQ(scene.polygons.size(), 3U);
+  EXPECT_EQ(CountOf(scene, Repair::kTwin), 0U);
+  EXPECT_EQ(CountOf(scene, Repair::kDuplicate), 1U);
+  EXPECT_EQ(scene.polygons[1].sides, kFrontTakesPart);
+  EXPECT_EQ(scene.polygons[2].sides, kFrontTakesPart);
+  EXPECT_EQ(scene.polygons[2].file_polygon, scene.polygons[1].file_polygon + 1);
+}
+
 TEST_F(Import, MergesTheTrianglesOfASquare) {
   const Scene scene = Read(WithLamp(std::string(kFloor) + "f 6 7 8\nf 5 6 8\n"));
   ASSERT_EQ(scene.polygons.size(), 2U);
