@@ -24,6 +24,7 @@ int Main(int argc, char** argv) {
   AddCancelCommand(app, run);
   AddFetchCommand(app, run);
   AddInspectCommand(app, run);
+  AddFactorsCommand(app, run);
   AddRenderCommand(app, run);
   AddCompareCommand(app, run);
   try {

@@ -21,6 +21,7 @@ void AddWatchCommand(CLI::App& app, Run& run);
 void AddCancelCommand(CLI::App& app, Run& run);
 void AddFetchCommand(CLI::App& app, Run& run);
 void AddInspectCommand(CLI::App& app, Run& run);
+void AddFactorsCommand(CLI::App& app, Run& run);
 void AddRenderCommand(CLI::App& app, Run& run);
 void AddCompareCommand(CLI::App& app, Run& run);
 
