@@ -140,7 +140,11 @@ PairCoupling Couple(const CouplingEnd& first, const CouplingEnd& second, double 
               end.radius_m};
     };
     PairCoupling result;
-    if (TryKernelRules(shape(p), shape(q), tolerance_m2, result)) return result;
+    if (TryKernelRules(shape(p), shape(q), tolerance_m2, result) ||
+        TryPointRules(shape(p), shape(q), tolerance_m2, result)) {
+      result.coupling_m2 = std::min(result.coupling_m2, p.area_m2);
+      return result;
+    }
   }
   return CoupleNear(p, q, tolerance_m, tolerance_m2);
 }

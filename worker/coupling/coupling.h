@@ -30,9 +30,9 @@ enum class Regime : uint8_t {
   kZero,        // neither sees the front of the other: exactly 0
   kNegligible,  // the upper bound is below the tolerance
   kMidpoint,    // kernel at the centres
-  kKernel,      // kernel at 3×3 points a pair of triangles
-  kPoints3,     // closed form of the larger from 3 points a triangle of the smaller
-  kPoints7,     // the same from 7 points
+  kKernel,      // kernel at 3 (triangle) or 4 (quad) points of both
+  kPoints,      // closed form of the larger from 3 or 4 points of the smaller
+  kManyPoints,  // the same from 7 or 9 points
   kContour,     // adaptive contour integral
 };
 inline constexpr int kRegimes = 8;

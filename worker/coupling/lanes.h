@@ -20,9 +20,8 @@ inline Lanes Select(LaneMask mask, Lanes yes, Lanes no) {
 }
 inline Lanes Minimum(Lanes a, Lanes b) { return reinterpret_cast<Lanes>(_mm256_min_pd(a, b)); }
 inline Lanes Maximum(Lanes a, Lanes b) { return reinterpret_cast<Lanes>(_mm256_max_pd(a, b)); }
-inline bool Any(LaneMask mask) {
-  return !_mm256_testz_si256(reinterpret_cast<__m256i>(mask), reinterpret_cast<__m256i>(mask));
-}
+// Bit i says whether lane i is set.
+inline int Bits(LaneMask mask) { return _mm256_movemask_pd(reinterpret_cast<__m256d>(mask)); }
 inline Lanes SquareRoot(Lanes a) { return reinterpret_cast<Lanes>(_mm256_sqrt_pd(a)); }
 inline Lanes Absolute(Lanes a) {
   return reinterpret_cast<Lanes>(reinterpret_cast<LaneMask>(a) &
@@ -52,6 +51,9 @@ inline Vec3x4 operator-(const Vec3x4& a, const Vec3x4& b) {
 }
 inline Vec3x4 operator+(const Vec3x4& a, const Vec3x4& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+inline Vec3x4 Cross(const Vec3& a, const Vec3x4& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 inline Vec3x4 Cross(const Vec3x4& a, const Vec3x4& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
