@@ -55,7 +55,7 @@ check_includes() {
     'worker/shard: common/util common/vec.h common/scene common/hierarchy worker/coupling worker/radiosity worker/shard'
     'worker: common worker isolux'
     'server: common server isolux'
-    'client/import: common/util common/vec.h common/scene client/import'
+    'client/import: common/util common/vec.h common/scene common/hierarchy client/import'
     'client/output: common/util common/vec.h common/scene common/hierarchy client/output'
     'client/commands/factors: common client worker/factors isolux'
     'client: common client isolux'

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <unordered_map>
 
-#include "client/import/merge.h"
+#include "client/import/prepare.h"
 #include "common/scene/triangulate.h"
 #include "common/util/random.h"
 
@@ -35,6 +35,20 @@ RepairText Describe(Repair kind) {
       return {"concave or many-cornered faces divided", false};
     case Repair::kMerged:
       return {"pairs of triangles merged into quads", false};
+    case Repair::kRegion:
+      return {"polygons fewer by dividing flat regions anew", false};
+    case Repair::kContact:
+      return {"lines of contact cut along", false};
+    case Repair::kPenetration:
+      return {"penetrations cut along", false};
+    case Repair::kCovered:
+      return {"covered sides left out", false};
+    case Repair::kTJunction:
+      return {"corners inside a side of another face (T-junctions)", false};
+    case Repair::kSmallContact:
+      return {"contacts left uncut: too small to matter", false};
+    case Repair::kPieceLimit:
+      return {"polygons cut only in part: too many pieces", false};
     case Repair::kReflectance:
       return {"reflectances of 1 or more set to 0.98", true};
     case Repair::kMaterialless:
@@ -78,9 +92,8 @@ class Builder {
     WeldPoints();
     for (uint32_t f = 0; f < file_.faces.size(); ++f) AddFace(f);
     for (uint32_t f = 0; f < faces_.size(); ++f) Shape(f);
-    if (options_.prepare_for_transport) {
-      const uint64_t merged = MergeTrianglePairs(&scene_);
-      for (uint64_t i = 0; i < merged; ++i) log_.Add(Repair::kMerged, [&] { return file_.path; });
+    if (options_.prepare_for_transport && !scene_.polygons.empty()) {
+      PrepareForTransport(&scene_, &log_, [&](uint32_t f) { return LineOf(f); });
     }
     scene_.file_polygon_count = static_cast<uint32_t>(file_.faces.size());
   }
@@ -101,8 +114,11 @@ class Builder {
   std::span<const uint32_t> CornersOf(const Face& face) const {
     return std::span(corners_).subspan(face.first, face.count);
   }
+  std::string LineOf(uint32_t f) const {
+    return fmt::format("{}:{}", file_.path, file_.faces[f].line);
+  }
   void Note(Repair kind, uint32_t f) {
-    log_.Add(kind, [&] { return fmt::format("{}:{}", file_.path, file_.faces[f].line); });
+    log_.Add(kind, [&] { return LineOf(f); });
   }
 
   const ObjFile& file_;

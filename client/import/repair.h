@@ -21,6 +21,13 @@ enum class Repair {
   kSelfCrossing,
   kDivided,
   kMerged,
+  kRegion,
+  kContact,
+  kPenetration,
+  kCovered,
+  kTJunction,
+  kSmallContact,
+  kPieceLimit,
   kReflectance,
   kMaterialless,
   kNoLibrary,
@@ -42,8 +49,13 @@ class RepairLog {
   // `where` is made up by the caller only for the first of a kind.
   template <typename MakeWhere>
   void Add(Repair kind, const MakeWhere& where) {
+    Add(kind, 1, where);
+  }
+  template <typename MakeWhere>
+  void Add(Repair kind, uint64_t count, const MakeWhere& where) {
     Entry& entry = entries_[static_cast<size_t>(kind)];
-    if (entry.count++ == 0) entry.example = where();
+    if (entry.count == 0 && count > 0) entry.example = where();
+    entry.count += count;
   }
 
   RepairReport Report() const;

@@ -1,7 +1,5 @@
 #include "common/hierarchy/occluders.h"
 
-#include <algorithm>
-
 #include "common/hierarchy/planes.h"
 #include "common/hierarchy/regions.h"
 
@@ -31,27 +29,11 @@ std::vector<Loop> CellsOf(const Scene& scene, const Region& region, std::span<co
 
 std::vector<OccluderPolygon> MergeOccluders(const Scene& scene,
                                             std::span<const uint32_t> plane_of) {
-  const size_t count = scene.polygons.size();
   const double tolerance = kStraightOfExtent * ExtentOf(scene);
-  std::vector<Loop> loops(count);
-  std::vector<Vec3> normals(count);
-  std::vector<double> areas(count);
-  std::vector<uint64_t> key(plane_of.begin(), plane_of.end());
-  std::vector<Vec3> reference(count, Vec3(0.0));  // of each plane: the normal of its first polygon
-  for (uint32_t p = 0; p < count; ++p) {
-    const Polygon& polygon = scene.polygons[p];
-    loops[p].assign(polygon.vertices.begin(), polygon.vertices.begin() + polygon.vertex_count());
-    const Vec3 area = SideGeometry(scene, p, Side::kFront).AreaVector();
-    areas[p] = glm::length(area);
-    normals[p] = area / areas[p];
-    Vec3& first = reference[plane_of[p]];
-    if (first == Vec3(0.0)) first = normals[p];
-    if (glm::dot(first, normals[p]) >= 0) continue;
-    normals[p] = -normals[p];
-    std::reverse(loops[p].begin(), loops[p].end());
-  }
+  const auto [loops, normals, areas] = OrientAlike(scene, plane_of);
+  const std::vector<uint64_t> key(plane_of.begin(), plane_of.end());
   std::vector<OccluderPolygon> occluders;
-  for (Region& region : FindRegions(scene, loops, key, normals)) {
+  for (const Region& region : FindRegions(scene, loops, key, normals)) {
     const uint32_t first = region.polygons[0];
     double area = 0;
     for (const uint32_t p : region.polygons) area += areas[p];

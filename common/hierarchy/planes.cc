@@ -15,7 +15,7 @@ constexpr uint32_t kNone = 0xffffffffu;
 // with six digits turns them by. A sphere has it from 10^8 facets on.
 constexpr double kSameDirection = 5e-4;
 // How far a neighbour may be, over the polygon's own size: tiles have joints.
-constexpr double kReach = 0.25;
+constexpr double kReach = 0.05;
 
 struct Plane {
   Vec3 normal, point;
@@ -37,8 +37,13 @@ class RegionGrower {
     std::vector<double> area(scene_.polygons.size());
     for (uint32_t p = 0; p < area.size(); ++p) {
       const ConvexPolygon shape = SideGeometry(scene_, p, Side::kFront);
-      areas_.push_back(shape.AreaVector());
-      area[p] = glm::length(areas_[p]);
+      const Vec3 vector = shape.AreaVector();
+      area[p] = glm::length(vector);
+      normals_.push_back(vector / area[p]);
+      const double size = boxes_[p].Diagonal();
+      tolerance_.push_back(ContactTolerance(extent_, size));
+      // The normal of a narrow polygon is known no better than its corners over its width.
+      sine_.push_back(kSameDirection + tolerance_[p] * size / (2 * area[p]));
     }
     std::vector<uint32_t> order(area.size());
     std::iota(order.begin(), order.end(), 0U);
@@ -62,7 +67,7 @@ class RegionGrower {
   void Grow(uint32_t seed) {
     const auto region = static_cast<uint32_t>(planes_.size());
     const ConvexPolygon shape = SideGeometry(scene_, seed, Side::kFront);
-    Plane plane{glm::normalize(areas_[seed]), shape.Centroid(), boxes_[seed].Diagonal()};
+    Plane plane{normals_[seed], shape.Centroid(), boxes_[seed].Diagonal()};
     std::vector<uint32_t> members{seed};
     region_of_[seed] = region;
     size_t fitted = 1;
@@ -86,18 +91,14 @@ class RegionGrower {
   }
 
   bool LiesIn(uint32_t p, const Plane& plane, double slack) const {
-    const double size = boxes_[p].Diagonal();
-    const double tolerance = ContactTolerance(extent_, size);
+    const Vec3 cross = glm::cross(normals_[p], plane.normal);
+    if (glm::dot(cross, cross) > slack * slack * sine_[p] * sine_[p]) return false;
     const Polygon& polygon = scene_.polygons[p];
     for (int i = 0; i < polygon.vertex_count(); ++i) {
-      if (std::abs(plane.Height(scene_.vertices[polygon.vertices[i]])) > slack * tolerance)
+      if (std::abs(plane.Height(scene_.vertices[polygon.vertices[i]])) > slack * tolerance_[p])
         return false;
     }
-    // The normal of a narrow polygon is known no better than its corners over its width.
-    const double area = glm::length(areas_[p]);
-    const double sine = kSameDirection + tolerance * size / (2 * area);
-    const Vec3 cross = glm::cross(areas_[p], plane.normal);
-    return glm::dot(cross, cross) <= slack * slack * sine * sine * area * area;
+    return true;
   }
 
   // The plane through three corners as far apart as can be: what rounding turns it by falls with
@@ -133,7 +134,8 @@ class RegionGrower {
   double extent_;
   std::vector<Bounds3> boxes_;
   BoxTree tree_;
-  std::vector<Vec3> areas_;
+  std::vector<Vec3> normals_;
+  std::vector<double> tolerance_, sine_;  // of each polygon
   std::vector<uint32_t> region_of_;
   std::vector<Plane> planes_;
 };

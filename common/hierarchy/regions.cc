@@ -308,6 +308,26 @@ class CellJoiner {
 
 }  // namespace
 
+AlikeLoops OrientAlike(const Scene& scene, std::span<const uint32_t> plane_of) {
+  const size_t count = scene.polygons.size();
+  AlikeLoops alike{std::vector<Loop>(count), std::vector<Vec3>(count), std::vector<double>(count)};
+  std::vector<Vec3> reference(count, Vec3(0.0));  // of each plane: the normal of its first polygon
+  for (uint32_t p = 0; p < count; ++p) {
+    const Polygon& polygon = scene.polygons[p];
+    Loop& loop = alike.loops[p];
+    loop.assign(polygon.vertices.begin(), polygon.vertices.begin() + polygon.vertex_count());
+    const Vec3 area = SideGeometry(scene, p, Side::kFront).AreaVector();
+    alike.areas[p] = glm::length(area);
+    alike.normals[p] = area / alike.areas[p];
+    Vec3& first = reference[plane_of[p]];
+    if (first == Vec3(0.0)) first = alike.normals[p];
+    if (glm::dot(first, alike.normals[p]) >= 0) continue;
+    alike.normals[p] = -alike.normals[p];
+    std::reverse(loop.begin(), loop.end());
+  }
+  return alike;
+}
+
 std::vector<Region> FindRegions(const Scene& scene, std::span<const Loop> loops,
                                 std::span<const uint64_t> key, std::span<const Vec3> normals) {
   const std::vector<HalfEdge> edges = SortedEdges(loops);

@@ -15,6 +15,14 @@ namespace isolux {
 // A polygon by its corners (numbers of vertices), counter-clockwise.
 using Loop = std::vector<uint32_t>;
 
+// The corners of all polygons, those of one plane oriented alike: as the first of the plane.
+struct AlikeLoops {
+  std::vector<Loop> loops;
+  std::vector<Vec3> normals;  // of length 1
+  std::vector<double> areas;  // m²
+};
+AlikeLoops OrientAlike(const Scene& scene, std::span<const uint32_t> plane_of);
+
 struct Region {
   std::vector<uint32_t> polygons;  // ascending
   std::vector<Loop> outline;  // the outer loop and those of holes, in no order; all directed so
