@@ -24,12 +24,12 @@ bool Before(const CouplingEnd& p, const CouplingEnd& q) {
   return false;
 }
 
-// A pair about the middle between its centres, in a unit of length that makes its extent one to
-// two: what is left of each polygon in front of the other's plane.
+// A pair about the centre of the smaller, whose corners keep all their digits then, in a unit of
+// length that makes the pair's extent one to two: what is left of each polygon in front of the
+// other's plane.
 class LocalPair {
  public:
-  LocalPair(const CouplingEnd& p, const CouplingEnd& q, double tolerance_m)
-      : centre_(0.5 * (p.centre + q.centre)) {
+  LocalPair(const CouplingEnd& p, const CouplingEnd& q, double tolerance_m) : centre_(p.centre) {
     double extent = 0;
     for (const CouplingEnd* end : {&p, &q}) {
       for (int i = 0; i < end->polygon->count; ++i) {

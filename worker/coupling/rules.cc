@@ -60,11 +60,13 @@ class WeightedPoints {
 template <size_t N>
 void AddQuad(std::span<const Vec3> v, const std::array<std::pair<double, double>, N>& gauss,
              WeightedPoints& points) {
+  // By differences of corners: they are exact however small the quad is.
+  const Vec3 first = v[1] - v[0], opposite = v[2] - v[3], side = v[3] - v[0];
   for (const auto& [s, weight_s] : gauss) {
-    const Vec3 low = v[0] + s * (v[1] - v[0]);
-    const Vec3 across = v[3] + s * (v[2] - v[3]) - low;
+    const Vec3 low = v[0] + s * first;
+    const Vec3 across = side + s * (opposite - first);
     for (const auto& [t, weight_t] : gauss) {
-      const Vec3 along = (1 - t) * (v[1] - v[0]) + t * (v[2] - v[3]);
+      const Vec3 along = (1 - t) * first + t * opposite;
       points.Add(low + t * across, weight_s * weight_t * glm::length(glm::cross(along, across)));
     }
   }
