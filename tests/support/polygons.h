@@ -65,8 +65,40 @@ inline ConvexPolygon AxisRectangle(int axis, double at, double u0, double u1, do
   return polygon;
 }
 
+// Corners on a lattice of quarters, so that ends and occluders share planes, edges and corners.
+inline ConvexPolygon LatticePolygon(Random& random) {
+  const auto at = [&] { return 0.25 * static_cast<double>(random.Bits() % 5); };
+  for (;;) {
+    const bool up = random.Unit() < 0.5, cut = random.Unit() < 0.4;
+    const double u0 = at(), u1 = at(), v0 = at(), v1 = at();
+    if (!(u0 < u1 && v0 < v1)) continue;
+    ConvexPolygon polygon =
+        AxisRectangle(static_cast<int>(random.Bits() % 3), at(), u0, u1, v0, v1, up);
+    if (cut) polygon.count = 3;
+    return polygon;
+  }
+}
+
 inline std::span<const Vec3> CornersOf(const ConvexPolygon& polygon) {
   return {polygon.v.data(), static_cast<size_t>(polygon.count)};
+}
+
+// A direction above a plane, by its cosine.
+inline Vec3 CosineDirection(const Vec3& normal, Random& random) {
+  for (;;) {
+    const Vec3 d = normal + RandomDirection(random);
+    if (glm::length(d) > 1e-6) return glm::normalize(d);
+  }
+}
+
+// Whether a point of the polygon's plane lies in it.
+inline bool Contains(const ConvexPolygon& polygon, const Vec3& x) {
+  const Vec3 n = polygon.Normal();
+  for (int i = 0; i < polygon.count; ++i) {
+    const Vec3 edge = polygon.v[(i + 1) % polygon.count] - polygon.v[i];
+    if (glm::dot(glm::cross(edge, x - polygon.v[i]), n) < 0) return false;
+  }
+  return true;
 }
 
 // A uniform point of a convex polygon.

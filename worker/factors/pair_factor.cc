@@ -1,6 +1,8 @@
 #include "worker/factors/pair_factor.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "worker/coupling/clip.h"
 #include "worker/factors/sampled_pair.h"
@@ -13,15 +15,17 @@ namespace {
 constexpr double kCouplingShare = 0.1;
 // An unobstructed coupling below this share of the tolerance is nothing, whatever stands between.
 constexpr double kNothing = 0.01;
-// Up to here occluders are always clipped.
-constexpr size_t kFewCandidates = 8;
+// Clipping may cost this much for each segment that sampling would take, in PointClipper's measure:
+// a segment takes about 1 µs.
+constexpr double kWorkOfSegment = 20;
+constexpr uint64_t kMostWork =
+    20'000'000;  // a second: beyond it the error stays above the tolerance
 
-// Whether segments cost less than clipping. Measured: 0.25 µs for an occluder at a point, 32 points
-// at least; 0.8 µs for a segment, whose error falls as N^-0.7 from half the coupling.
-bool SamplingIsCheaper(size_t candidates, double unobstructed_m2, double tolerance_m2) {
-  if (candidates <= kFewCandidates) return false;
-  const double ratio = 0.5 * unobstructed_m2 / tolerance_m2;
-  return 0.8 * ratio * std::max(ratio, 1.0) < 32 * 0.25 * static_cast<double>(candidates);
+// Segments that sampling is likely to take: its error falls as N^-0.7. Infinite where it is likely
+// not to get there.
+double LikelySegments(double coupling_over_tolerance) {
+  const double segments = 64 + 2 * coupling_over_tolerance * std::sqrt(coupling_over_tolerance);
+  return segments > kMostSegments ? std::numeric_limits<double>::infinity() : segments;
 }
 
 }  // namespace
@@ -70,16 +74,29 @@ PairFactor PairSolver::Solve(const CouplingEnd& p, const CouplingEnd& q,
   if (whole.coupling_m2 <= kNothing * tolerance_m2) {
     return {0, whole.coupling_m2 + whole.error_m2, Way::kHidden};
   }
-  if (SamplingIsCheaper(own_.size(), whole.coupling_m2, tolerance_m2)) {
-    const VisibleShare share =
-        SampleVisibleShare(p_end, q_end, *tree_, tolerance_m2 / whole.coupling_m2, seed);
-    return {share.value * whole.coupling_m2, share.error * whole.coupling_m2 + whole.error_m2,
-            Way::kSampled};
+  return SolvePartial(p_end, q_end, whole, tolerance_m2, seed);
+}
+
+// Clips while that is likely to be cheaper than sampling.
+PairFactor PairSolver::SolvePartial(const ShaftEnd& p, const ShaftEnd& q, const PairCoupling& whole,
+                                    double tolerance_m2, uint64_t seed) {
+  const double own_tolerance_m2 = std::max(tolerance_m2 - whole.error_m2, 0.5 * tolerance_m2);
+  const double most_work = kWorkOfSegment * LikelySegments(whole.coupling_m2 / own_tolerance_m2);
+  PairFactor result;
+  PartialResult part;
+  part.finished = false;
+  if (4.0 * static_cast<double>(own_.size()) < most_work) {
+    part = partial_.Integrate(p, q, own_, whole.coupling_m2, own_tolerance_m2,
+                              most_work < kMostWork ? static_cast<uint64_t>(most_work) : kMostWork);
+    result = {part.coupling_m2, part.error_m2 + whole.error_m2,
+              part.divided ? Way::kDivided : Way::kClipped};
   }
-  const PartialResult part =
-      partial_.Integrate(p_end, q_end, own_, whole.coupling_m2, tolerance_m2);
-  return {part.coupling_m2, part.error_m2 + whole.error_m2,
-          part.divided ? Way::kDivided : Way::kClipped};
+  if (part.finished) return result;
+  const VisibleShare share = SampleVisibleShare(p, q, *tree_, whole.coupling_m2,
+                                                own_tolerance_m2 / whole.coupling_m2, seed);
+  const PairFactor sampled{share.value * whole.coupling_m2,
+                           share.error * whole.coupling_m2 + whole.error_m2, Way::kSampled};
+  return part.points > 0 && result.error_m2 < sampled.error_m2 ? result : sampled;
 }
 
 }  // namespace isolux

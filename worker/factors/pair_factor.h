@@ -45,6 +45,9 @@ class PairSolver {
                    double tolerance_m2, uint64_t seed);
 
  private:
+  PairFactor SolvePartial(const ShaftEnd& p, const ShaftEnd& q, const PairCoupling& whole,
+                          double tolerance_m2, uint64_t seed);
+
   const OccluderTree* tree_;
   PartialPair partial_;
   std::vector<uint32_t> own_;

@@ -17,6 +17,11 @@ constexpr double kStatedOfRoot = 2.0;
 // Of the difference between an element and its quarters. Shadows of shelves and boxes run along
 // the sides of panels, so these errors have one sign for many elements: they add as they are.
 constexpr double kOfDifference = 0.7;
+// And of the difference in the unobstructed integral alone, of elements neither hidden nor visible
+// as a whole: weight moves between parts that may see more and parts that see less.
+constexpr double kOfWeight = 0.25;
+// Occluders further from an end than this share of its size are not near.
+constexpr double kClear = 0.5;
 constexpr uint32_t kMostPoints = 1 << 18;
 
 struct Quadrature {
@@ -141,12 +146,15 @@ bool PartialPair::Better(const Element& a, const Element& b) {
 
 void PartialPair::Start(const ShaftEnd& p, const ShaftEnd& q,
                         std::span<const uint32_t> candidates) {
-  // Points go on the end that the occluders are further from, where what is seen changes slowly;
-  // where they are near neither, on the smaller.
+  // Points go on the smaller end, unless occluders are near it and further from the larger, where
+  // what is seen then changes more slowly.
   const double p_clear = Clearance(p, tree_->set(), candidates);
   const double q_clear = Clearance(q, tree_->set(), candidates);
   const bool p_smaller = AreaOf(p.corners) <= AreaOf(q.corners);
-  const bool over_p = std::min(p_clear, q_clear) > 0.5 ? p_smaller : p_clear > q_clear;
+  const double smaller_clear = p_smaller ? p_clear : q_clear;
+  const double larger_clear = p_smaller ? q_clear : p_clear;
+  const bool over_smaller = smaller_clear >= std::min(kClear, larger_clear);
+  const bool over_p = over_smaller == p_smaller;
   outer_ = over_p ? p : q;
   inner_ = over_p ? q : p;
   heap_.clear();
@@ -207,12 +215,17 @@ void PartialPair::SplitWorst() {
   const double all = whole_m2_ + whole;
   const double share = all > 0 ? (visible_m2_ + visible) / all : 0;
   const double difference = (visible - parent.visible_m2) - share * (whole - parent.whole_m2);
-  for (const Element& child : children) AddElement(child, 0.25 * difference);
+  const double weight = kOfWeight * std::abs(whole - parent.whole_m2);
+  const bool open = parent.count > 0;
+  for (const Element& child : children) {
+    AddElement(child, 0.25 * (std::abs(difference) + (open ? weight : 0.0)));
+  }
 }
 
 PartialResult PartialPair::Integrate(const ShaftEnd& p, const ShaftEnd& q,
                                      std::span<const uint32_t> candidates, double unobstructed_m2,
-                                     double tolerance_m2) {
+                                     double tolerance_m2, uint64_t most_work) {
+  const uint64_t last_work = clipper_.work() + most_work;
   Start(p, q, candidates);
   PartialResult result;
   const auto error = [&] {  // of the share, carried over to the known coupling
@@ -221,6 +234,10 @@ PartialResult PartialPair::Integrate(const ShaftEnd& p, const ShaftEnd& q,
     return (std::max(0.0, difference_m2_) + unseen) * unobstructed_m2 / whole_m2_;
   };
   while (error() > tolerance_m2 && points_ < kMostPoints && heap_.size() < kMostPoints) {
+    if (clipper_.work() > last_work) {
+      result.finished = false;
+      break;
+    }
     SplitWorst();
   }
   result.coupling_m2 = std::clamp(Share(), 0.0, 1.0) * unobstructed_m2;

@@ -15,6 +15,7 @@ struct PartialResult {
   double coupling_m2 = 0;
   double error_m2 = 0;   // stated; above the tolerance where the work had to end before
   uint32_t points = 0;   // that were clipped
+  bool finished = true;  // false: gave up, `most_work` was not enough
   bool divided = false;  // beyond the first quarters
 };
 
@@ -25,10 +26,10 @@ class PartialPair {
 
   // The ends are clipped by each other's planes. `candidates`: all occluders in their shaft.
   // `unobstructed_m2`: their coupling without occluders, known well; what is integrated is which
-  // share of it is visible.
+  // share of it is visible. `most_work`: as PointClipper counts it.
   PartialResult Integrate(const ShaftEnd& p, const ShaftEnd& q,
                           std::span<const uint32_t> candidates, double unobstructed_m2,
-                          double tolerance_m2);
+                          double tolerance_m2, uint64_t most_work);
 
  private:
   struct Element {

@@ -46,6 +46,14 @@ class EdgeSum {
 
 }  // namespace
 
+bool PointClipper::MayHide(const Vec3& x, const Occluder& occluder) const {
+  const auto corners = set_->corners(occluder);
+  return std::none_of(cone_.begin(), cone_.end(), [&](const Vec3& side) {
+    return std::all_of(corners.begin(), corners.end(),
+                       [&](const Vec3& corner) { return glm::dot(side, corner - x) >= 0; });
+  });
+}
+
 // The cone from x over the occluder, and what lies beyond its plane.
 void PointClipper::MakeCuts(const Vec3& x, const Occluder& occluder, double height) {
   cuts_.clear();
@@ -123,6 +131,10 @@ double PointClipper::VisibleFactor(const Vec3& x, const Vec3& n, std::span<const
   corners_.clear();
   for (const Vec3& corner : q) corners_.push_back(corner - x);
   pieces_.assign(1, {0, static_cast<uint32_t>(q.size())});
+  cone_.clear();
+  for (size_t i = 0; i < q.size(); ++i) {
+    cone_.push_back(glm::cross(corners_[i], corners_[i + 1 < q.size() ? i + 1 : 0]));
+  }
   bool untouched = true;
   // Fronts first: of a solid they hide what its backs would cut into more pieces.
   for (const double side : {1.0, -1.0}) {
@@ -130,6 +142,9 @@ double PointClipper::VisibleFactor(const Vec3& x, const Vec3& n, std::span<const
       const Occluder& occluder = (*set_)[i];
       const double height = occluder.Height(x);
       if (side * height <= occluder.tolerance_m) continue;
+      ++work_;
+      if (!MayHide(x, occluder)) continue;
+      work_ += pieces_.size();
       MakeCuts(x, occluder, height);
       next_.clear();
       for (const Piece& piece : pieces_) Subtract(piece);

@@ -22,6 +22,9 @@ class PointClipper {
   double VisibleFactor(const Vec3& x, const Vec3& n, std::span<const Vec3> q,
                        std::span<const uint32_t> candidates, double whole);
 
+  // What the calls so far have cost: pieces looked at for each occluder, some 0.05 µs each.
+  uint64_t work() const { return work_; }
+
  private:
   struct Piece {
     uint32_t first = 0, count = 0;
@@ -32,6 +35,9 @@ class PointClipper {
     double tolerance = 0;
   };
 
+  // Whether the occluder may hide something of q: false where all of it is beyond one side of the
+  // cone from x over q.
+  bool MayHide(const Vec3& x, const Occluder& occluder) const;
   void MakeCuts(const Vec3& x, const Occluder& occluder, double height);
   void Subtract(const Piece& piece);
   // Divides `piece` along a cut into what is inside and, as a finished piece, what is outside.
@@ -41,8 +47,10 @@ class PointClipper {
   const OccluderSet* set_;
   std::vector<Vec3> corners_;  // of all pieces, relative to x
   std::vector<Piece> pieces_, next_;
+  std::vector<Vec3> cone_;       // of q: normals of its sides, outwards
   std::vector<Cut> cuts_;        // of one occluder: what lies in all of them is hidden
   std::vector<double> heights_;  // of one piece's corners over one cut
+  uint64_t work_ = 0;
 };
 
 }  // namespace isolux

@@ -52,10 +52,19 @@ bool OccluderSet::Blocks(uint32_t i, const Vec3& x, const Vec3& y) const {
 }
 
 OccluderSet MakeOccluders(const Scene& scene) {
-  OccluderSet set(ExtentOf(scene));
-  for (const OccluderPolygon& polygon : MergeOccluders(scene, FindPlanes(scene))) {
-    set.Add(polygon.corners);
+  const std::vector<OccluderPolygon> polygons = MergeOccluders(scene, FindPlanes(scene));
+  std::vector<std::pair<double, uint32_t>> order;
+  for (uint32_t i = 0; i < polygons.size(); ++i) {
+    const auto& corners = polygons[i].corners;
+    Vec3 area(0.0);
+    for (size_t k = 2; k < corners.size(); ++k) {
+      area += glm::cross(corners[k - 1] - corners[0], corners[k] - corners[0]);
+    }
+    order.emplace_back(-glm::length(area), i);
   }
+  std::sort(order.begin(), order.end());
+  OccluderSet set(ExtentOf(scene));
+  for (const auto& [size, i] : order) set.Add(polygons[i].corners);
   return set;
 }
 

@@ -49,7 +49,8 @@ class OccluderSet {
   double tolerance_m_;
 };
 
-// All polygons of the scene, neighbours in one plane joined.
+// All polygons of the scene, neighbours in one plane joined; the largest first, as lists of
+// candidates are in order and large ones settle most.
 OccluderSet MakeOccluders(const Scene& scene);
 
 }  // namespace isolux

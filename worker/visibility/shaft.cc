@@ -46,7 +46,8 @@ void Shaft::AddSides(std::span<const Vec3> base, const Vec3& normal, std::span<c
     for (const Vec3& corner : other) {
       const double u = glm::dot(out, corner - a);
       const double h = std::max(0.0, glm::dot(normal, corner - a));
-      if (std::abs(u) <= tolerance_m_ && h <= tolerance_m_) continue;  // on the edge's line
+      // On the base's plane, on the edge's line or on the inner side of it: behind any such plane.
+      if (u <= tolerance_m_ && h <= tolerance_m_) continue;
       if (found && u * height <= outward * h) continue;
       outward = u;
       height = h;

@@ -38,8 +38,9 @@ struct Pair {
 };
 
 // Two polygons that can see each other; false where they cannot.
-bool MakePair(Random& random, Pair* pair) {
+bool MakePair(Random& random, bool lattice, Pair* pair) {
   const auto polygon = [&] {
+    if (lattice) return testing::LatticePolygon(random);
     const Vec3 centre = testing::RandomPoint(random, Vec3(0.0), Vec3(1.0));
     const double radius = 0.02 + 0.5 * random.Unit() * random.Unit();
     const int corners = random.Unit() < 0.3 ? 3 : 4;
@@ -59,8 +60,9 @@ ShaftEnd End(const ClippedPolygon& front, const ConvexPolygon& whole) {
 TEST(ShaftTest, NoSegmentContradictsAVerdict) {
   uint64_t segments = 0;
   std::array<uint64_t, 3> verdicts{};
-  for (uint64_t seed = 1; seed <= 200; ++seed) {
+  for (uint64_t seed = 1; seed <= 400; ++seed) {
     Random random(Hash(seed, 17));
+    const bool lattice = seed % 2 == 0;
     std::vector<std::vector<Vec3>> shapes;
     OccluderSet set(std::sqrt(3.0));
     for (int i = 0; i < 12; ++i) {
@@ -68,11 +70,15 @@ TEST(ShaftTest, NoSegmentContradictsAVerdict) {
       const double radius = 0.05 + 0.8 * random.Unit() * random.Unit();
       const int corners = 3 + static_cast<int>(random.Bits() % 14);
       shapes.push_back(testing::RandomConvexPolygon(random, centre, radius, corners));
+      if (lattice && i % 3 != 0) {
+        const ConvexPolygon shape = testing::LatticePolygon(random);
+        shapes.back().assign(shape.v.begin(), shape.v.begin() + shape.count);
+      }
       set.Add(shapes.back());
     }
     for (int k = 0; k < 40; ++k) {
       Pair pair;
-      if (!MakePair(random, &pair)) continue;
+      if (!MakePair(random, lattice, &pair)) continue;
       const ShaftEnd p = End(pair.p_front, pair.p), q = End(pair.q_front, pair.q);
       const Shaft shaft(p, q, set.tolerance_m());
       for (uint32_t i = 0; i < set.size(); ++i) {
@@ -104,7 +110,7 @@ TEST(ShaftTest, PartialIsRarelySaidInVain) {
   for (uint64_t seed = 1; seed <= 1000; ++seed) {
     Random random(Hash(seed, 23));
     Pair pair;
-    if (!MakePair(random, &pair)) continue;
+    if (!MakePair(random, false, &pair)) continue;
     const ShaftEnd p = End(pair.p_front, pair.p), q = End(pair.q_front, pair.q);
     for (int i = 0; i < 20; ++i) {
       const auto shape = testing::RandomConvexPolygon(
@@ -172,7 +178,7 @@ TEST(OccluderTreeTest, FindsWhatAllTestsTogetherFind) {
     for (uint32_t i = 0; i < set.size(); ++i) everything[i] = i;
     for (int k = 0; k < 30; ++k) {
       Pair pair;
-      if (!MakePair(random, &pair)) continue;
+      if (!MakePair(random, false, &pair)) continue;
       const Shaft shaft(End(pair.p_front, pair.p), End(pair.q_front, pair.q), set.tolerance_m());
       direct.clear();
       const bool blocked = shaft.Filter(set, everything, &direct);
