@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <span>
@@ -233,7 +234,8 @@ class Refinement {
       for (int k = 0; k < whole.shape.count; ++k) {
         mean += Sum(piece.irradiance[k]) / whole.shape.count;
       }
-      const auto tolerance = static_cast<float>(std::max(Tolerance(mean), 1e-30));
+      const auto tolerance =
+          static_cast<float>(std::max<double>(Tolerance(mean), std::numeric_limits<float>::min()));
       const std::array<Field, 2> halves = Cut(whole);
       for (int h = 0; h < 2; ++h) {
         const std::array<Field, 2> quarters = Cut(halves[h]);

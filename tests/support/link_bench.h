@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/util/random.h"
+#include "worker/radiosity/ambient.h"
 #include "worker/radiosity/escape.h"
 #include "worker/radiosity/matvec.h"
 #include "worker/radiosity/refine.h"
@@ -22,15 +23,10 @@ struct LinkBench {
         hierarchy(scene),
         rays(hierarchy),
         tree(hierarchy) {
-    Snapshot start;
+    const Snapshot start = AmbientSnapshot(hierarchy, ScoutEscapes(hierarchy, rays, 0.02, 1, pool));
     double emitted = 0;
-    for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
-      LeafRecord leaf;
-      leaf.id = {s, 1};
-      leaf.irradiance = {0.1, 0.1, 0.1};
-      start.leaves.push_back(leaf);
+    for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s)
       emitted += hierarchy.surface_area_m2(s) * Sum(hierarchy.surfaces()[s].exitance);
-    }
     std::vector<uint32_t> moved;
     EXPECT_TRUE(tree.Install(start, &moved).ok());
     placement = std::make_unique<Placement>(
