@@ -10,8 +10,12 @@
 namespace isolux {
 namespace {
 
-// Of the smaller end's area: finer couplings change nothing in the result.
-constexpr double kCouplingTolerance = 1e-3;
+// What a coupling may err by: a share of the threshold, so small that its error splits hardly any
+// link, within two shares of the smaller end's area. Measured: with 3 % of the threshold there are
+// 0.5 % more links than with exact couplings, with 1e-2 of the area alone 70 % more.
+constexpr double kCouplingShare = 0.03;
+constexpr double kFinestCoupling = 1e-6;
+constexpr double kCoarsestCoupling = 1e-2;
 // Weights of the oracle's terms, found by error at equal numbers of links: docs/design.md,
 // "Oracle".
 constexpr double kSpreadWeight = 1.5;
@@ -130,7 +134,12 @@ class Evaluator {
     }
     const CouplingEnd p = MakeCouplingEnd(tree_.polygon(link.p));
     const CouplingEnd q = MakeCouplingEnd(tree_.polygon(link.q));
-    const PairCoupling coupling = Couple(p, q, kCouplingTolerance * std::min(p.area_m2, q.area_m2));
+    const double brighter =
+        std::max(tree_.values(link.p).radiosity, tree_.values(link.q).radiosity);
+    const double smaller_m2 = std::min(p.area_m2, q.area_m2);
+    const double wanted_m2 = kCouplingShare * epsilon_w_ / std::max(brighter, 1e-300);
+    const PairCoupling coupling = Couple(
+        p, q, std::clamp(wanted_m2, kFinestCoupling * smaller_m2, kCoarsestCoupling * smaller_m2));
     if (!(coupling.coupling_m2 > 0)) return Verdict::kDrop;
     link.unoccluded_m2 = static_cast<float>(coupling.coupling_m2);
     const FormFactorVariation variation = VariationOver(p, q, coupling.coupling_m2);
@@ -143,8 +152,6 @@ class Evaluator {
       return Judge(link);
     }
     // Whatever the rays would say, such a link is too uncertain: split it without.
-    const double brighter =
-        std::max(tree_.values(link.p).radiosity, tree_.values(link.q).radiosity);
     if (kSmallestDeviation * coupling.coupling_m2 * brighter > epsilon_w_) {
       link.visible_rays = Link::kRays;
       if (const Verdict verdict = Judge(link); verdict != Verdict::kKeep) return verdict;
