@@ -6,29 +6,29 @@
 #include <cmath>
 #include <numbers>
 
-#include "worker/coupling/sides.h"
+#include "worker/coupling/edges.h"
 
 namespace isolux {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-// Sides at a right angle (this cosine or less) exchange nothing.
+// Edges at a right angle (this cosine or less) exchange nothing.
 constexpr double kRightAngle = 1e-15;
 // Of the sum of the bounds of the pieces' errors, what the error comes to: the worst case of each
-// lies elsewhere, and signs differ. Measured on random pairs: a tenth, at most.
+// lies elsewhere, and signs differ. Fewer than one random pair in a hundred errs by more.
 constexpr double kUsualShare = 0.3;
-// Of the tolerance of a pair of sides, what a piece may err by.
+// Of the tolerance of a pair of edges, what a piece may err by.
 constexpr double kPieceShare = 0.5;
 // Rounding of the whole, over the product of the perimeters.
 constexpr double kRounding = 1e-16;
-// Divisions of a side; rounding ends the need for more long before.
+// Divisions of an edge; rounding ends the need for more long before.
 constexpr int kMostDepth = 40;
 // A piece is divided nearer to where the integrand is not smooth, at this share of its length.
 constexpr double kGrading = 0.25;
 // Error of four points on a piece of half length h that lies against f, where no end of f is beside
 // the piece but near its ends: at most this times h², the largest found in a scan.
 constexpr double kTouching = 0.015;
-// Relative rounding of the closed form for parallel sides.
+// Relative rounding of the closed form for parallel edges.
 constexpr double kParallelNoise = 1e-15;
 
 // Sum of integrals and of the bounds of their errors.
@@ -36,10 +36,10 @@ struct Integral {
   double value = 0, error = 0;
 };
 
-// Sides e and f: ∫_e G_f.
-class SidePair {
+// Edges e and f: ∫_e G_f.
+class EdgePair {
  public:
-  SidePair(const Side& e, const Side& f)
+  EdgePair(const Edge& e, const Edge& f)
       : length_e_(e.length),
         length_f_(f.length),
         cosine_(glm::dot(e.along, f.along)),
@@ -58,7 +58,7 @@ class SidePair {
     const double error = 2 * sine_ * length_e_ * length_e_ + kParallelNoise * reach * reach;
     if (error <= 0.1 * tolerance) {
       const double distance = glm::length(across_ - 0.5 * length_e_ * turn_);
-      total.value = ParallelSides(a_, distance, length_e_, length_f_, cosine_ < 0 ? -1.0 : 1.0);
+      total.value = ParallelEdges(a_, distance, length_e_, length_f_, cosine_ < 0 ? -1.0 : 1.0);
       total.error = error;
     } else {
       Add(0, length_e_, tolerance, 0, total);
@@ -140,26 +140,26 @@ class SidePair {
   std::array<double, 2> foot_{};  // of the ends of f, along e
 };
 
-// Up to four sides of the inner polygon, side by side.
-class SideGroup {
+// Up to four edges of the inner polygon, side by side.
+class EdgeGroup {
  public:
-  SideGroup(const Sides& sides, int first) {
+  EdgeGroup(const Edges& edges, int first) {
     for (int i = 0; i < 4; ++i) {
-      const bool real = first + i < sides.count;
-      const Side& side = sides.side[real ? first + i : 0];
-      start_.x[i] = side.start.x;
-      start_.y[i] = side.start.y;
-      start_.z[i] = side.start.z;
-      along_.x[i] = real ? side.along.x : 0;
-      along_.y[i] = real ? side.along.y : 0;
-      along_.z[i] = real ? side.along.z : 0;
-      length_[i] = side.length;
+      const bool real = first + i < edges.count;
+      const Edge& edge = edges.edge[real ? first + i : 0];
+      start_.x[i] = edge.start.x;
+      start_.y[i] = edge.start.y;
+      start_.z[i] = edge.start.z;
+      along_.x[i] = real ? edge.along.x : 0;
+      along_.y[i] = real ? edge.along.y : 0;
+      along_.z[i] = real ? edge.along.z : 0;
+      length_[i] = edge.length;
     }
   }
 
-  // Adds the integrals along all of e of those sides that are far enough from it for a rule of at
+  // Adds the integrals along all of e of those edges that are far enough from it for a rule of at
   // most four points, times the cosine; says of which not, as a set of bits.
-  int AddFar(const Side& e, double tolerance, Lanes& value, Lanes& error) const {
+  int AddFar(const Edge& e, double tolerance, Lanes& value, Lanes& error) const {
     const double half = 0.5 * e.length;
     const Vec3x4 to = start_ - (e.start + half * e.along);
     const Lanes a = Dot(to, along_), b = a + length_;
@@ -202,16 +202,16 @@ class SideGroup {
 
 ContourIntegral IntegrateContours(std::span<const Vec3> p, std::span<const Vec3> q,
                                   double tolerance) {
-  const Sides outer(p), inner(q);
+  const Edges outer(p), inner(q);
   const double whole = 2 * kPi * tolerance / kUsualShare;
   const double share = whole / (outer.count * inner.count);
   Lanes far_value = Splat(0.0), far_error = Splat(0.0);
   std::array<std::array<int, 2>, 5> left{};
   int near_count = 0;
   for (int group = 0; 4 * group < inner.count; ++group) {
-    const SideGroup sides(inner, 4 * group);
+    const EdgeGroup edges(inner, 4 * group);
     for (int i = 0; i < outer.count; ++i) {
-      left[i][group] = sides.AddFar(outer.side[i], share, far_value, far_error);
+      left[i][group] = edges.AddFar(outer.edge[i], share, far_value, far_error);
       near_count += std::popcount(static_cast<unsigned>(left[i][group]));
     }
   }
@@ -220,14 +220,14 @@ ContourIntegral IntegrateContours(std::span<const Vec3> p, std::span<const Vec3>
   for (int i = 0; i < outer.count; ++i) {
     for (int j = 0; j < inner.count; ++j) {
       if ((left[i][j / 4] >> j % 4 & 1) == 0) continue;
-      const double cosine = glm::dot(outer.side[i].along, inner.side[j].along);
+      const double cosine = glm::dot(outer.edge[i].along, inner.edge[j].along);
       const Integral integral =
-          SidePair(outer.side[i], inner.side[j]).Integrate(near_share / std::abs(cosine));
+          EdgePair(outer.edge[i], inner.edge[j]).Integrate(near_share / std::abs(cosine));
       near.value += cosine * integral.value;
       near.error += std::abs(cosine) * integral.error;
     }
   }
-  // Pieces are many where their tolerance is small against the sides; then most err by far less.
+  // Pieces are many where their tolerance is small against the edges; then most err by far less.
   const double error = kUsualShare * (Total(far_error) + near.error) / (2 * kPi);
   return {(Total(far_value) + near.value) / (2 * kPi),
           std::min(error, tolerance) + kRounding * outer.perimeter * inner.perimeter};

@@ -13,7 +13,7 @@ struct ContourIntegral {
   double error = 0;     // estimate
 };
 
-// C = 1/2π Σ_e Σ_f u_e·u_f ∫_e ∫_f ln r, over the sides e of p and f of q. Both polygons are
+// C = 1/2π Σ_e Σ_f u_e·u_f ∫_e ∫_f ln r, over the edges e of p and f of q [Sparrow63]. Both are
 // counter-clockwise about their own normals, have at most five corners, lie wholly in front of the
 // other's plane and within the unit ball or little more; p should be the smaller.
 ContourIntegral IntegrateContours(std::span<const Vec3> p, std::span<const Vec3> q,

@@ -40,6 +40,9 @@ struct Vec3x4 {
         z{p[0].z, p[1].z, p[2].z, p[3].z} {}
 };
 
+inline Vec3x4 Select(LaneMask mask, const Vec3x4& yes, const Vec3x4& no) {
+  return {Select(mask, yes.x, no.x), Select(mask, yes.y, no.y), Select(mask, yes.z, no.z)};
+}
 inline Vec3x4 operator-(const Vec3& a, const Vec3x4& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }

@@ -88,7 +88,7 @@ WeightedPoints FewPoints(const Shape& shape) {
   return points;
 }
 
-// Degree 5: seven points on triangles (Radon 1948), nine on quads.
+// Degree 5: seven points on triangles ([Radon48]), nine on quads.
 WeightedPoints ManyPoints(const Shape& shape) {
   constexpr double kGauss = 0.1127016653792583;  // (1 − √(3/5))/2
   constexpr std::array<std::pair<double, double>, 3> kThree{

@@ -1,6 +1,7 @@
 #include "worker/coupling/variation.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <numbers>
 
@@ -24,51 +25,60 @@ constexpr double kClosestPointsKappa = 0.7;
 Vec3 Lerp(const Vec3& a, const Vec3& b, double t) { return a + t * (b - a); }
 
 // Corners drawn in by a tenth; a triangle's fourth point is its centre.
-std::array<Vec3, 4> CornerSamples(const CouplingEnd& end) {
+Vec3x4 CornerSamples(const CouplingEnd& end) {
   std::array<Vec3, 4> points;
   for (int i = 0; i < 4; ++i) {
     points[i] = i < end.polygon->count ? Lerp(end.polygon->v[i], end.centre, 0.1) : end.centre;
   }
-  return points;
+  return Vec3x4(points);
 }
 
-// The point of a convex polygon closest to x.
-Vec3 ClosestPoint(const ConvexPolygon& polygon, const Vec3& normal, const Vec3& x) {
-  bool inside = true;
-  double best = std::numeric_limits<double>::infinity();
-  Vec3 closest = polygon.v[0];
+Vec3x4 Mix(const Vec3& at, double share, const Vec3x4& points) {
+  return {points.x + share * (at.x - points.x), points.y + share * (at.y - points.y),
+          points.z + share * (at.z - points.z)};
+}
+
+// The points of a convex polygon closest to four others.
+Vec3x4 ClosestPoints(const ConvexPolygon& polygon, const Vec3& normal, const Vec3x4& x) {
+  LaneMask inside = Splat(0.0) == 0.0;
+  Lanes best = Splat(std::numeric_limits<double>::infinity());
+  Vec3x4 closest = x;
   for (int i = 0; i < polygon.count; ++i) {
     const Vec3& a = polygon.v[i];
     const Vec3 side = polygon.v[(i + 1) % polygon.count] - a;
-    if (glm::dot(glm::cross(normal, side), x - a) < 0) inside = false;
+    const Vec3x4 off = x - a;
+    inside &= Dot(glm::cross(normal, side), off) >= 0.0;
     const double length2 = glm::dot(side, side);
-    const double t = length2 > 0 ? std::clamp(glm::dot(x - a, side) / length2, 0.0, 1.0) : 0.0;
-    const Vec3 candidate = a + t * side;
-    const double distance2 = glm::dot(x - candidate, x - candidate);
-    if (distance2 < best) {
-      best = distance2;
-      closest = candidate;
-    }
+    const Lanes share =
+        Minimum(Maximum(Dot(side, off) / (length2 > 0 ? length2 : 1.0), Splat(0.0)), Splat(1.0));
+    const Vec3x4 away = {off.x - share * side.x, off.y - share * side.y, off.z - share * side.z};
+    const Lanes distance2 = Dot(away, away);
+    closest = Select(distance2 < best, x - away, closest);
+    best = Minimum(best, distance2);
   }
-  return inside ? x - glm::dot(normal, x - polygon.v[0]) * normal : closest;
+  const Lanes height = Dot(normal, x - polygon.v[0]);
+  const Vec3x4 below = {x.x - height * normal.x, x.y - height * normal.y, x.z - height * normal.z};
+  return Select(inside, below, closest);
 }
 
-// Range of a set of lanes, widened lane by lane.
+// Range of what was added, over all lanes.
 struct Range {
-  double low = std::numeric_limits<double>::infinity();
-  double high = 0;
+  Lanes low = Splat(std::numeric_limits<double>::infinity());
+  Lanes high = Splat(0.0);
   void Add(const Lanes& values) {
-    for (int i = 0; i < 4; ++i) {
-      low = std::min(low, values[i]);
-      high = std::max(high, values[i]);
-    }
+    low = Minimum(low, values);
+    high = Maximum(high, values);
   }
-  double Width() const { return high > low ? high - low : 0.0; }
+  double Width() const {
+    const double least = std::min(std::min(low[0], low[1]), std::min(low[2], low[3]));
+    const double most = std::max(std::max(high[0], high[1]), std::max(high[2], high[3]));
+    return most > least ? most - least : 0.0;
+  }
 };
 
 // Kernel cosθ cosθ'/(π d²) times the area of the source, from four points to one.
-Lanes KernelFactors(const std::array<Vec3, 4>& points, const Vec3& n, const CouplingEnd& source) {
-  const Vec3x4 d = source.centre - Vec3x4(points);
+Lanes KernelFactors(const Vec3x4& points, const Vec3& n, const CouplingEnd& source) {
+  const Vec3x4 d = source.centre - points;
   const Lanes d2 = Dot(d, d);
   const Lanes cosines =
       Maximum(Dot(n, d), Splat(0.0)) * Maximum(-Dot(source.normal, d), Splat(0.0));
@@ -82,9 +92,8 @@ double FarVariation(const CouplingEnd& p, const CouplingEnd& q) {
 }
 
 // F from points in the plane of p to q (already in front of that plane); 0 for points behind q.
-Lanes MaskedFactors(const std::array<Vec3, 4>& points, const CouplingEnd& p, const CouplingEnd& q,
+Lanes MaskedFactors(const Vec3x4& x, const CouplingEnd& p, const CouplingEnd& q,
                     std::span<const Vec3> q_front) {
-  const Vec3x4 x(points);
   const Lanes height = Dot(q.normal, x - q.polygon->v[0]);
   return Select(height > 0.0, PointFormFactors(x, p.normal, q_front), Splat(0.0));
 }
@@ -95,13 +104,10 @@ double NearVariation(const CouplingEnd& p, const CouplingEnd& q, std::span<const
   range.Add(MaskedFactors(CornerSamples(p), p, q, q_front));
   range.Add(Splat(mean));
   if (closest) {
-    std::array<Vec3, 4> points;
-    for (int i = 0; i < 4; ++i) {
-      // The centre of q first, then three of its corners; drawn in so that F stays defined.
-      const Vec3 target = i == 0 ? q.centre : q.polygon->v[i - 1];
-      points[i] = Lerp(ClosestPoint(*p.polygon, p.normal, target), p.centre, 0.05);
-    }
-    range.Add(MaskedFactors(points, p, q, q_front));
+    // To the centre of q and three of its corners; drawn in so that F stays defined.
+    const auto& v = q.polygon->v;
+    const Vec3x4 points = ClosestPoints(*p.polygon, p.normal, Vec3x4({q.centre, v[0], v[1], v[2]}));
+    range.Add(MaskedFactors(Mix(p.centre, 0.05, points), p, q, q_front));
   }
   return range.Width();
 }

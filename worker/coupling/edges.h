@@ -1,4 +1,4 @@
-// The potential of a straight side, and what bounds the error of integrating it along another: the
+// The potential of a straight edge, and what bounds the error of integrating it along another: the
 // parts of the contour integral. For contour.cc.
 //
 //   G_f(x) = ∫_f ln|x − y| dy + L_f
@@ -15,19 +15,19 @@
 
 namespace isolux {
 
-struct Side {
+struct Edge {
   Vec3 start{0.0};
   Vec3 along{0.0};  // unit
   double length = 0;
 };
 
-// The sides of a polygon of three to five corners, but for those without length.
-struct Sides {
+// The edges of a polygon of three to five corners, but for those without length.
+struct Edges {
   int count = 0;
-  std::array<Side, 5> side;
+  std::array<Edge, 5> edge;
   double perimeter = 0;
 
-  explicit Sides(std::span<const Vec3> corners);
+  explicit Edges(std::span<const Vec3> corners);
 };
 
 // G − turn·g. With turn = π it is what is left where x is beside f: what G has in common with the
@@ -72,12 +72,13 @@ inline Lanes ExpansionBound(int points, Lanes half, Lanes ratio2, Lanes size) {
 // line and the piece, and h².
 inline constexpr double kKink = 0.3;
 
-// ∫ g ds along a piece whose ends are u[0] and u[1] from the point nearest to the line, measured
-// along the piece times `sine`, where g² = alpha + u².
+// ∫ g ds along a piece, g² = alpha + u² being the squared distance from a line: u runs along the
+// piece from the point nearest to the line, times the sine between the two. `from` and `to` are in
+// u.
 Lanes LineDistance(Lanes from, Lanes to, Lanes alpha, Lanes sine);
 
-// ∫_e G_f for parallel sides: e and f have this distance, f starts at `a` seen from the start of e,
+// ∫_e G_f for parallel edges: e and f have this distance, f starts at `a` seen from the start of e,
 // and `direction` (1 or −1) says whether both run the same way.
-double ParallelSides(double a, double distance, double length_e, double length_f, double direction);
+double ParallelEdges(double a, double distance, double length_e, double length_f, double direction);
 
 }  // namespace isolux

@@ -1,12 +1,12 @@
-#include "worker/coupling/sides.h"
+#include "worker/coupling/edges.h"
 
 namespace isolux {
 
-Sides::Sides(std::span<const Vec3> corners) {
+Edges::Edges(std::span<const Vec3> corners) {
   for (size_t i = 0; i < corners.size(); ++i) {
     const Vec3 d = corners[(i + 1) % corners.size()] - corners[i];
     const double length = glm::length(d);
-    if (length > 0) side[count++] = {corners[i], d / length, length};
+    if (length > 0) edge[count++] = {corners[i], d / length, length};
     perimeter += length;
   }
 }
@@ -26,7 +26,7 @@ Lanes LineDistance(Lanes from, Lanes to, Lanes alpha, Lanes sine) {
 
 // The second antiderivative of ln√(x² + g²) is (x² − g²)/4 ln(x² + g²) + g |x| atan(|x|/g) − 3/4
 // x²; its differences over both lengths.
-double ParallelSides(double a, double distance, double length_e, double length_f,
+double ParallelEdges(double a, double distance, double length_e, double length_f,
                      double direction) {
   const double b = a + length_f, step = direction * length_e;
   const Lanes x{b, b - step, a, a - step};
