@@ -152,10 +152,11 @@ std::string FactorsSummary(const FactorTable& table, double tolerance, double se
                    table.rows_lowered, worst.beyond);
   }
   if (table.rows_beyond > 0) {
-    fmt::format_to(out,
-                   "{} of them were above 1 by more than their errors: do polygons overlap in one "
-                   "plane, or stand inside each other?\n",
-                   table.rows_beyond);
+    fmt::format_to(
+        out,
+        "{} of them were above 1 by far more than their errors: do polygons overlap in one "
+        "plane, or stand inside each other?\n",
+        table.rows_beyond);
   }
   fmt::format_to(out, "reciprocity: exact, one coupling for both directions\n");
   return text;

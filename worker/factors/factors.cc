@@ -15,7 +15,7 @@ namespace {
 // One convex piece of an end.
 struct Piece {
   ConvexPolygon polygon;
-  CouplingEnd end;
+  PairEnd end;
   uint32_t of = 0;  // FactorTable::ends
 };
 
@@ -24,7 +24,7 @@ struct Pieces {
   std::vector<FactorEnd> ends;
 };
 
-Pieces MakePieces(const Scene& scene) {
+Pieces MakePieces(const Scene& scene, std::span<const uint32_t> region_of) {
   const std::vector<Surface> surfaces = MakeSurfaces(scene);
   std::vector<uint32_t> order(surfaces.size());
   std::iota(order.begin(), order.end(), 0U);
@@ -40,9 +40,9 @@ Pieces MakePieces(const Scene& scene) {
     if (i == 0 || key(order[i - 1]) != key(order[i])) pieces.ends.push_back({polygon, side});
     Piece& piece = pieces.all[i];
     piece.polygon = SideGeometry(scene, surfaces[order[i]].polygon, side);
-    piece.end = MakeCouplingEnd(piece.polygon);
+    piece.end = {MakeCouplingEnd(piece.polygon), region_of[surfaces[order[i]].polygon]};
     piece.of = static_cast<uint32_t>(pieces.ends.size() - 1);
-    pieces.ends.back().area_m2 += piece.end.area_m2;
+    pieces.ends.back().area_m2 += piece.end.polygon.area_m2;
   }
   return pieces;
 }
@@ -78,7 +78,8 @@ void SolveGroupPair(const Work& work, uint32_t a, uint32_t b, Worker* worker,
       // Pieces of faces share the faces' tolerance; for whole faces this is that of the smaller.
       const double larger =
           std::max(work.pieces.ends[from.of].area_m2, work.pieces.ends[to.of].area_m2);
-      const double tolerance_m2 = work.tolerance * from.end.area_m2 * to.end.area_m2 / larger;
+      const double tolerance_m2 =
+          work.tolerance * from.end.polygon.area_m2 * to.end.polygon.area_m2 / larger;
       const PairFactor pair =
           worker->solver.Solve(from.end, to.end, candidates, tolerance_m2, Hash(p, q));
       ++worker->pairs[static_cast<size_t>(pair.way)];
@@ -126,7 +127,7 @@ std::vector<Group> GroupPieces(const Pieces& pieces) {
   members.reserve(pieces.all.size());
   for (const Piece& piece : pieces.all) {
     GroupMember& member = members.emplace_back();
-    member.normal = piece.end.normal;
+    member.normal = piece.end.polygon.normal;
     for (int i = 0; i < piece.polygon.count; ++i) member.bounds.Add(piece.polygon.v[i]);
   }
   return MakeGroups(members);
@@ -136,15 +137,15 @@ std::vector<Group> GroupPieces(const Pieces& pieces) {
 
 Result<FactorTable> ComputeFactors(const Scene& scene, const FactorOptions& options,
                                    ThreadPool& pool) {
-  Pieces pieces = MakePieces(scene);
+  const SceneOccluders occluders = MakeOccluders(scene);
+  Pieces pieces = MakePieces(scene, occluders.region_of);
   if (pieces.all.size() > kMostFactorPieces) {
     return Error(StatusCode::kResourceExhausted,
                  "{} sides of polygons make more pairs than fit: at most {} are taken; give fewer "
                  "or larger polygons, or --reflect front",
                  pieces.all.size(), kMostFactorPieces);
   }
-  const OccluderSet occluders = MakeOccluders(scene);
-  const OccluderTree tree(occluders);
+  const OccluderTree tree(occluders.set);
   const std::vector<Group> groups = GroupPieces(pieces);
   const Work work{pieces, groups, tree, options.tolerance};
 

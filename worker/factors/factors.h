@@ -41,7 +41,7 @@ struct FactorTable {
   std::array<uint64_t, kWayCount> pairs{};  // of pieces, by how they were settled
   uint64_t above_tolerance = 0;             // pairs whose stated error is above what was asked for
   uint64_t rows_lowered = 0;                // rows that were above 1
-  uint64_t rows_beyond = 0;  // of those, rows that were above 1 by more than their errors
+  uint64_t rows_beyond = 0;  // of those, rows that were above 1 by several times their errors
 };
 
 // More pieces than this are refused before memory is taken: 24 bytes for each pair that may see

@@ -48,19 +48,21 @@ const char* ToText(Way way) {
   return "unknown";
 }
 
-PairFactor PairSolver::Solve(const CouplingEnd& p, const CouplingEnd& q,
+PairFactor PairSolver::Solve(const PairEnd& p, const PairEnd& q,
                              std::span<const uint32_t> candidates, double tolerance_m2,
                              uint64_t seed) {
   const OccluderSet& set = tree_->set();
   const double on_plane = set.tolerance_m();
+  const CouplingEnd &from = p.polygon, &to = q.polygon;
   PairFactor result;
-  const ClippedPolygon p_front = ClipToFront(*p.polygon, q.centre, q.normal, on_plane);
+  if (p.region != kNoRegion && p.region == q.region) return result;
+  const ClippedPolygon p_front = ClipToFront(*from.polygon, to.centre, to.normal, on_plane);
   if (p_front.count == 0) return result;
-  const ClippedPolygon q_front = ClipToFront(*q.polygon, p.centre, p.normal, on_plane);
+  const ClippedPolygon q_front = ClipToFront(*to.polygon, from.centre, from.normal, on_plane);
   if (q_front.count == 0) return result;
 
-  const ShaftEnd p_end{{p_front.v.data(), static_cast<size_t>(p_front.count)}, p.normal};
-  const ShaftEnd q_end{{q_front.v.data(), static_cast<size_t>(q_front.count)}, q.normal};
+  const ShaftEnd p_end{p_front.corners(), from.normal, p.region};
+  const ShaftEnd q_end{q_front.corners(), to.normal, q.region};
   Verdict verdict = Verdict::kOutside;
   if (!candidates.empty()) {
     verdict = tree_->Settle(Shaft(p_end, q_end, on_plane), candidates, &own_);
@@ -69,7 +71,7 @@ PairFactor PairSolver::Solve(const CouplingEnd& p, const CouplingEnd& q,
     result.way = Way::kHidden;
     return result;
   }
-  const PairCoupling whole = Couple(p, q, kCouplingShare * tolerance_m2);
+  const PairCoupling whole = Couple(from, to, kCouplingShare * tolerance_m2);
   if (verdict == Verdict::kOutside) return {whole.coupling_m2, whole.error_m2, Way::kVisible};
   if (whole.coupling_m2 <= kNothing * tolerance_m2) {
     return {0, whole.coupling_m2 + whole.error_m2, Way::kHidden};

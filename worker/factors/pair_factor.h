@@ -34,6 +34,11 @@ struct PairFactor {
   Way way = Way::kFacingAway;
 };
 
+struct PairEnd {
+  CouplingEnd polygon;
+  uint32_t region = kNoRegion;  // SceneOccluders; ends of one region do not see each other
+};
+
 // Keeps its memory between pairs: one for each thread. Results depend on the pair alone.
 class PairSolver {
  public:
@@ -41,7 +46,7 @@ class PairSolver {
   explicit PairSolver(const OccluderTree& tree) : tree_(&tree), partial_(tree) {}
 
   // `candidates`: all that may block anything between the two. `seed` tells the pair from others.
-  PairFactor Solve(const CouplingEnd& p, const CouplingEnd& q, std::span<const uint32_t> candidates,
+  PairFactor Solve(const PairEnd& p, const PairEnd& q, std::span<const uint32_t> candidates,
                    double tolerance_m2, uint64_t seed);
 
  private:

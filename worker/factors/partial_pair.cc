@@ -180,7 +180,8 @@ PartialPair::Element PartialPair::MakeChild(const ConvexPolygon& shape, const El
   child.shape = shape;
   child.hidden = parent.hidden;
   if (parent.count > 0) {
-    const ShaftEnd end{{shape.v.data(), static_cast<size_t>(shape.count)}, outer_.normal};
+    const ShaftEnd end{
+        {shape.v.data(), static_cast<size_t>(shape.count)}, outer_.normal, outer_.region};
     const Shaft shaft(end, inner_, tree_->set().tolerance_m());
     const std::span<const uint32_t> list(&lists_[parent.first], parent.count);
     const Verdict verdict = tree_->Settle(shaft, list, &found_);

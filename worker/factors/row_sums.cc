@@ -6,7 +6,11 @@
 namespace isolux {
 namespace {
 
-// Adds factor(coupling) over the area to both rows.
+// Errors are stated to hold for nearly all couplings, not for each: a row this many times its
+// errors above 1 has another cause.
+constexpr double kBeyond = 3;
+
+// Sums of value(factor) over the area of each end, both directions counted.
 template <typename Value>
 std::vector<double> RowSums(const FactorTable& table, const Value& value) {
   std::vector<double> sums(table.ends.size(), 0.0);
@@ -33,7 +37,7 @@ void LowerRows(FactorTable* table) {
     if (before[i] <= 1) continue;
     scale[i] = kOne / before[i];
     ++table->rows_lowered;
-    if (before[i] - 1 > errors[i] + 1e-12) ++table->rows_beyond;
+    if (before[i] - 1 > kBeyond * errors[i] + 1e-12) ++table->rows_beyond;
   }
   if (table->rows_lowered > 0) {
     for (Factor& factor : table->factors) {

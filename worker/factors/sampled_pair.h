@@ -12,12 +12,12 @@ inline constexpr uint32_t kMostSegments = 1 << 16;
 
 struct VisibleShare {
   double value = 0;  // of the unobstructed coupling, in [0, 1]
-  double error = 1;  // stated: two and a half standard errors
+  double error = 1;  // stated: three standard errors
   uint32_t segments = 0;
 };
 
 // Points of a Sobol sequence in four dimensions ([JoeKuo08]), scrambled ([Owen97], by hashing:
-// [Burley20]) in eight independent ways, whose scatter is the error; as many as it takes to come
+// [Burley20]) in sixteen independent ways, whose scatter is the error; as many as it takes to come
 // below `tolerance`, at most kMostSegments. `unobstructed_m2`: the coupling without occluders, of
 // which the share is; it decides how segments are drawn.
 VisibleShare SampleVisibleShare(const ShaftEnd& p, const ShaftEnd& q, const OccluderTree& tree,

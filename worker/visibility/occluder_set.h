@@ -1,9 +1,11 @@
 // The convex polygons that block, in double: what proofs of visibility, exact clipping and segments
 // in `factors` test against. Any number of corners; both sides block.
 //
-// Every distance is judged against tolerance_m(), 1e-12 of the scene's extent (the rounding of
-// coordinates near its border is 1e-16), and against how far a polygon is from flat itself. So an
-// occluder 1e-9 of the extent above a surface blocks, and a surface never blocks itself.
+// What lies in the plane of a surface and joins it edge to edge (a region: a wall, however it is
+// tessellated, and its back) never blocks it, whatever the last digits of its coordinates.
+// Every other distance is judged against tolerance_m(), 1e-12 of the scene's extent (the rounding
+// of coordinates near its border is 1e-16), and against how far a polygon is from flat itself. So
+// an occluder 1e-9 of the extent above a surface blocks.
 #pragma once
 
 #include <cstdint>
@@ -14,6 +16,8 @@
 
 namespace isolux {
 
+inline constexpr uint32_t kNoRegion = 0xffffffffu;
+
 struct Occluder {
   Vec3 normal{0.0};  // unit; counter-clockwise about it
   Vec3 point{0.0};   // on its plane
@@ -21,6 +25,7 @@ struct Occluder {
   double tolerance_m = 0;  // nearer to the plane than this is on it
   uint32_t first = 0;      // corner
   uint32_t count = 0;
+  uint32_t region = kNoRegion;
 
   double Height(const Vec3& x) const { return glm::dot(normal, x - point); }
 };
@@ -31,7 +36,7 @@ class OccluderSet {
   explicit OccluderSet(double extent_m) : tolerance_m_(1e-12 * extent_m) {}
 
   // Adds a convex, planar polygon. One without area is not added: it blocks nothing.
-  void Add(std::span<const Vec3> corners);
+  void Add(std::span<const Vec3> corners, uint32_t region = kNoRegion);
 
   uint32_t size() const { return static_cast<uint32_t>(occluders_.size()); }
   const Occluder& operator[](uint32_t i) const { return occluders_[i]; }
@@ -49,8 +54,12 @@ class OccluderSet {
   double tolerance_m_;
 };
 
+struct SceneOccluders {
+  OccluderSet set;
+  std::vector<uint32_t> region_of;  // of each polygon of the scene
+};
 // All polygons of the scene, neighbours in one plane joined; the largest first, as lists of
 // candidates are in order and large ones settle most.
-OccluderSet MakeOccluders(const Scene& scene);
+SceneOccluders MakeOccluders(const Scene& scene);
 
 }  // namespace isolux

@@ -152,7 +152,8 @@ std::vector<uint32_t> OccluderTree::Candidates(const BoxShaft& shaft) const {
   return candidates;
 }
 
-bool OccluderTree::Blocked(const Vec3& x, const Vec3& y) const {
+bool OccluderTree::Blocked(const Vec3& x, const Vec3& y, uint32_t x_region,
+                           uint32_t y_region) const {
   const Vec3 middle = 0.5 * (x + y), half = 0.5 * (y - x), reach = glm::abs(half);
   const double tolerance = set_->tolerance_m();
   bool blocked = false;
@@ -171,6 +172,8 @@ bool OccluderTree::Blocked(const Vec3& x, const Vec3& y) const {
         return true;
       },
       [&](uint32_t occluder) {
+        const uint32_t region = (*set_)[occluder].region;
+        if (region != kNoRegion && (region == x_region || region == y_region)) return true;
         blocked = set_->Blocks(occluder, x, y);
         return !blocked;
       });

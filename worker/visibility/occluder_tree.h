@@ -33,9 +33,10 @@ class OccluderTree {
   // All that may block anything between two boxes, in order.
   std::vector<uint32_t> Candidates(const BoxShaft& shaft) const;
 
-  // Whether anything crosses the open segment from x to y. What lies in the plane of an end point
-  // does not.
-  bool Blocked(const Vec3& x, const Vec3& y) const;
+  // Whether anything crosses the open segment from x to y, but for occluders of the regions that x
+  // and y lie in. What lies in the plane of an end point does not.
+  bool Blocked(const Vec3& x, const Vec3& y, uint32_t x_region = kNoRegion,
+               uint32_t y_region = kNoRegion) const;
 
  private:
   struct Node {

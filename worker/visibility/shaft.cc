@@ -18,6 +18,8 @@ constexpr double kSteadyPlane = 1e-6;
 Shaft::Shaft(const ShaftEnd& p, const ShaftEnd& q, double tolerance_m)
     : p_count_(static_cast<int>(p.corners.size())),
       count_(static_cast<int>(p.corners.size() + q.corners.size())),
+      p_region_(p.region),
+      q_region_(q.region),
       tolerance_m_(tolerance_m) {
   CHECK(p.corners.size() <= ShaftEnd::kMaxCorners && q.corners.size() <= ShaftEnd::kMaxCorners);
   std::copy(p.corners.begin(), p.corners.end(), corners_.begin());
@@ -76,6 +78,10 @@ bool Shaft::MayTouch(const Bounds3& box) const {
 }
 
 Verdict Shaft::Classify(const OccluderSet& set, const Occluder& occluder) const {
+  if (occluder.region != kNoRegion &&
+      (occluder.region == p_region_ || occluder.region == q_region_)) {
+    return Verdict::kOutside;
+  }
   for (int d = 0; d < 3; ++d) {
     if (occluder.bounds.low[d] >= bounds_.high[d] - tolerance_m_ ||
         occluder.bounds.high[d] <= bounds_.low[d] + tolerance_m_) {

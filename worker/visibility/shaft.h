@@ -24,6 +24,7 @@ struct ShaftEnd {
   static constexpr int kMaxCorners = 5;  // a quad cut by a plane
   std::span<const Vec3> corners;
   Vec3 normal{0.0};
+  uint32_t region = kNoRegion;  // occluders of it never block
 };
 
 // The half-space n·x ≤ offset.
@@ -55,6 +56,7 @@ class Shaft {
   std::array<HalfSpace, 2 + 2 * ShaftEnd::kMaxCorners> planes_;
   int plane_count_ = 0;
   Bounds3 bounds_;
+  uint32_t p_region_, q_region_;
   double tolerance_m_;
 };
 

@@ -35,7 +35,7 @@ PairFactor SolveCase(const testing::OccludedCase& c, double tolerance_m2, bool s
   const OccluderTree tree(set);
   PairSolver solver(tree);
   const CouplingEnd p = MakeCouplingEnd(c.p), q = MakeCouplingEnd(c.q);
-  return solver.Solve(swapped ? q : p, swapped ? p : q, All(set), tolerance_m2, 1);
+  return solver.Solve({swapped ? q : p}, {swapped ? p : q}, All(set), tolerance_m2, 1);
 }
 
 TEST(PairFactorTest, ExactCasesToTheTolerance) {
@@ -79,8 +79,8 @@ TEST(PairFactorTest, StatedErrorsHoldForRandomPairs) {
       const ConvexPolygon p_shape = polygon(), q_shape = polygon();
       const CouplingEnd p = MakeCouplingEnd(p_shape), q = MakeCouplingEnd(q_shape);
       const double smaller = std::min(p.area_m2, q.area_m2);
-      const PairFactor fine = solver.Solve(p, q, All(set), 0.01 * tolerance * smaller, 1);
-      const PairFactor pair = solver.Solve(p, q, All(set), tolerance * smaller, 1);
+      const PairFactor fine = solver.Solve({p}, {q}, All(set), 0.01 * tolerance * smaller, 1);
+      const PairFactor pair = solver.Solve({p}, {q}, All(set), tolerance * smaller, 1);
       if (pair.way != Way::kClipped && pair.way != Way::kDivided) continue;
       ++pairs;
       const double error = std::abs(pair.coupling_m2 - fine.coupling_m2) / smaller;
@@ -113,7 +113,7 @@ TEST(PairFactorTest, AgreesWithSegmentsWhereThingsTouch) {
     const ConvexPolygon q_shape = testing::LatticePolygon(random);
     const CouplingEnd p = MakeCouplingEnd(p_shape), q = MakeCouplingEnd(q_shape);
     const double smaller = std::min(p.area_m2, q.area_m2);
-    const PairFactor pair = solver.Solve(p, q, All(set), 1e-4 * smaller, 1);
+    const PairFactor pair = solver.Solve({p}, {q}, All(set), 1e-4 * smaller, 1);
     if (pair.way == Way::kFacingAway) continue;
     // Directions by their cosine from random points of the smaller end.
     const CouplingEnd &from = p.area_m2 <= q.area_m2 ? p : q, &to = p.area_m2 <= q.area_m2 ? q : p;
