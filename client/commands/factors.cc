@@ -5,10 +5,12 @@
 // Form factors past obstacles between the polygons of the file, each with an error, and their row
 // sums. Fronts only unless both sides are asked for: docs/factors.md. Nothing needs to emit.
 #include <strings.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -59,6 +61,38 @@ Status Write(const Options& options, Format format, const FactorTable& table,
   return WriteFileDurably(RowsPath(options.output), RowsAsCsv(table));
 }
 
+// The share of pairs that are done, on standard error: a line that is redrawn on a terminal, one
+// line in ten seconds elsewhere.
+class Progress {
+ public:
+  Progress() : terminal_(isatty(STDERR_FILENO) != 0 && std::getenv("CI") == nullptr) {}
+
+  void Show(double share) {
+    const auto now = std::chrono::steady_clock::now();
+    const auto pause = terminal_ ? std::chrono::milliseconds(200) : std::chrono::seconds(10);
+    if (now - shown_ < pause) return;
+    shown_ = now;
+    constexpr int kWidth = 30;
+    if (terminal_) {
+      const int filled = static_cast<int>(kWidth * share);
+      fmt::print(stderr, "\r[{:{}}] {:3.0f} % of the pairs", std::string(filled, '#'), kWidth,
+                 100 * share);
+      drawn_ = true;
+    } else {
+      fmt::print(stderr, "{:.0f} % of the pairs\n", 100 * share);
+    }
+    std::fflush(stderr);
+  }
+  void Clear() {
+    if (drawn_) fmt::print(stderr, "\r{:60}\r", "");
+  }
+
+ private:
+  const bool terminal_;
+  bool drawn_ = false;
+  std::chrono::steady_clock::time_point shown_ = std::chrono::steady_clock::now();
+};
+
 int RunFactors(Options options) {
   const Result<Format> format = FormatOf(options.output);
   if (!format.has_value()) return Fail(format.error());
@@ -70,7 +104,10 @@ int RunFactors(Options options) {
 
   ThreadPool pool(options.threads);
   const auto start = std::chrono::steady_clock::now();
+  Progress progress;
+  options.factors.progress = [&](double share) { progress.Show(share); };
   const Result<FactorTable> table = ComputeFactors(*scene, options.factors, pool);
+  progress.Clear();
   if (!table.has_value()) return Fail(table.error().Within(options.scene));
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

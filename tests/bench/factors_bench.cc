@@ -27,7 +27,7 @@ void Run(const Scene& scene, double tolerance, int threads) {
   FactorTable table;
   for (int run = 0; run < 3; ++run) {
     const double start = Now();
-    table = ComputeFactors(scene, {tolerance}, pool).value();
+    table = ComputeFactors(scene, {.tolerance = tolerance}, pool).value();
     best = std::min(best, Now() - start);
   }
   const auto n = static_cast<double>(table.ends.size());

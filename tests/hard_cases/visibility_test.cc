@@ -18,7 +18,7 @@ using Polygons = std::vector<ConvexPolygon>;
 
 FactorTable Compute(const Polygons& polygons, double tolerance) {
   ThreadPool pool(2);
-  return ComputeFactors(testing::MakeScene(polygons), {tolerance}, pool).value();
+  return ComputeFactors(testing::MakeScene(polygons), {.tolerance = tolerance}, pool).value();
 }
 
 ConvexPolygon Reversed(ConvexPolygon polygon) {
@@ -154,7 +154,7 @@ TEST(HardVisibility, NoAcne) {
     for (int d = 0; d < 3; ++d) v[d] = std::round(v[d] * 1e5) / 1e5;
   }
   ThreadPool pool(2);
-  const FactorTable table = ComputeFactors(scene, {1e-4}, pool).value();
+  const FactorTable table = ComputeFactors(scene, {.tolerance = 1e-4}, pool).value();
   for (const FactorEnd& end : table.ends) {
     rows.Measure(std::abs(end.row_sum_before - 1), fmt::format("polygon {}", end.polygon));
   }
@@ -209,7 +209,7 @@ TEST(HardVisibility, TwoPinholes) {
   const ConvexPolygon first = AxisRectangle(0, 1, a, b, a, b, true);
   const ConvexPolygon second = AxisRectangle(0, 2, a, b, a, b, false);
   const double exact = Couple(MakeCouplingEnd(first), MakeCouplingEnd(second), 1e-10).coupling_m2;
-  const double sum = CouplingAcross(polygons, Compute(polygons, 3e-8), 1, 2);
+  const double sum = CouplingAcross(polygons, Compute(polygons, 1e-6), 1, 2);
   through.Measure(std::abs(sum / exact - 1));
 }
 
@@ -244,7 +244,7 @@ TEST(HardVisibility, BoxOnTheFloor) {
     room.gap_m = gap;
     const Scene scene = testing::MakePanelledRoom(room);
     ThreadPool pool(2);
-    const FactorTable table = ComputeFactors(scene, {1e-4}, pool).value();
+    const FactorTable table = ComputeFactors(scene, {.tolerance = 1e-4}, pool).value();
     for (const FactorEnd& end : table.ends) {
       const ConvexPolygon shape = SideGeometry(scene, end.polygon, Side::kFront);
       const Vec3 c = shape.Centroid();

@@ -1,6 +1,7 @@
 #include "worker/factors/factors.h"
 
 #include <algorithm>
+#include <atomic>
 #include <memory>
 #include <numeric>
 
@@ -156,9 +157,14 @@ Result<FactorTable> ComputeFactors(const Scene& scene, const FactorOptions& opti
   std::vector<std::vector<Factor>> found(tasks.size());
   std::vector<std::unique_ptr<Worker>> workers;
   for (int t = 0; t < pool.thread_count(); ++t) workers.push_back(std::make_unique<Worker>(tree));
+  std::atomic<size_t> done = 0;
   pool.For(tasks.size(), 4, [&](size_t begin, size_t end, int thread) {
     for (size_t i = begin; i < end; ++i) {
       SolveGroupPair(work, tasks[i].first, tasks[i].second, workers[thread].get(), &found[i]);
+    }
+    done += end - begin;
+    if (thread == 0 && options.progress) {
+      options.progress(static_cast<double>(done) / static_cast<double>(tasks.size()));
     }
   });
 

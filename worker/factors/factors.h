@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "common/scene/scene.h"
@@ -17,6 +18,8 @@ namespace isolux {
 
 struct FactorOptions {
   double tolerance = 1e-4;  // of a coupling, over the smaller area of the two polygons
+  // Told the share of the pairs that are done, now and then, from one thread.
+  std::function<void(double)> progress = {};
 };
 
 struct FactorEnd {

@@ -12,11 +12,15 @@ namespace {
 // one of n parts it is n times less, as edges of shadows cross few parts. Independent in sign from
 // part to part: twice the root of the sum of squares is stated. Chosen with the next so that stated
 // errors hold for 99 of 100 random pairs (the test of pairs prints it).
-constexpr double kFourPoints = 0.05;
+constexpr double kFourPoints = 0.12;
+// The same where an occluder is nearer than a quarter of the element's size: what a chair's seat
+// hides of its leg ends abruptly.
+constexpr double kNear = 0.25;
+constexpr double kFourPointsNear = 0.4;
 constexpr double kStatedOfRoot = 2.0;
 // Of the difference between an element and its quarters. Shadows of shelves and boxes run along
 // the sides of panels, so these errors have one sign for many elements: they add as they are.
-constexpr double kOfDifference = 0.7;
+constexpr double kOfDifference = 1.0;
 // And of the difference in the unobstructed integral alone, of elements neither hidden nor visible
 // as a whole: weight moves between parts that may see more and parts that see less.
 constexpr double kOfWeight = 0.25;
@@ -88,10 +92,10 @@ std::array<ConvexPolygon, 4> Quarter(const ConvexPolygon& shape) {
 }
 
 // How far the nearest occluder is from an end, over the end's size.
-double Clearance(const ShaftEnd& end, const OccluderSet& set,
+double Clearance(std::span<const Vec3> end, const OccluderSet& set,
                  std::span<const uint32_t> candidates) {
   Bounds3 bounds;
-  for (const Vec3& corner : end.corners) bounds.Add(corner);
+  for (const Vec3& corner : end) bounds.Add(corner);
   double nearest = std::numeric_limits<double>::infinity();
   for (const uint32_t i : candidates) nearest = std::min(nearest, Distance(bounds, set[i].bounds));
   return nearest / bounds.Diagonal();
@@ -126,7 +130,13 @@ void PartialPair::Measure(Element& element) {
 void PartialPair::AddElement(Element element, double difference_m2) {
   element.difference_m2 = kOfDifference * std::abs(difference_m2);
   if (element.count > 0 && end_m2_ > 0) {
-    element.unseen_m2 = kFourPoints * element.whole_m2 * element.whole_m2 / end_m2_;
+    const double part = element.whole_m2 / end_m2_;
+    const std::span<const uint32_t> candidates(&lists_[element.first], element.count);
+    const std::span<const Vec3> corners(element.shape.v.data(),
+                                        static_cast<size_t>(element.shape.count));
+    const bool near = Clearance(corners, tree_->set(), candidates) < kNear;
+    element.unseen_m2 = (near ? kFourPointsNear : kFourPoints) * element.whole_m2 *
+                        std::sqrt(part * std::sqrt(part));
   }
   Count(element, 1);
   heap_.push_back(element);
@@ -148,8 +158,8 @@ void PartialPair::Start(const ShaftEnd& p, const ShaftEnd& q,
                         std::span<const uint32_t> candidates) {
   // Points go on the smaller end, unless occluders are near it and further from the larger, where
   // what is seen then changes more slowly.
-  const double p_clear = Clearance(p, tree_->set(), candidates);
-  const double q_clear = Clearance(q, tree_->set(), candidates);
+  const double p_clear = Clearance(p.corners, tree_->set(), candidates);
+  const double q_clear = Clearance(q.corners, tree_->set(), candidates);
   const bool p_smaller = AreaOf(p.corners) <= AreaOf(q.corners);
   const double smaller_clear = p_smaller ? p_clear : q_clear;
   const double larger_clear = p_smaller ? q_clear : p_clear;

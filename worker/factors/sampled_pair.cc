@@ -172,6 +172,8 @@ VisibleShare Combine(const std::array<Replicate, kReplicates>& replicates, uint6
   const double odds = (static_cast<double>(passed) + 1) / n;
   const double unseen = 0.6 * std::sqrt(odds * (1 - odds)) * std::pow(n, -0.7);
   share.error = kStated * std::max(std::sqrt(scatter / (kReplicates * (kReplicates - 1))), unseen);
+  // Where all agree, up to three in as many may not (the rule of three, 95 %).
+  if (passed == 0 || passed == traced) share.error = std::max(share.error, 3 / n);
   return share;
 }
 

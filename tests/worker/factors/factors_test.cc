@@ -15,7 +15,7 @@ using testing::CornersOf;
 
 FactorTable Compute(const Scene& scene, double tolerance, int threads = 2) {
   ThreadPool pool(threads);
-  return ComputeFactors(scene, {tolerance}, pool).value();
+  return ComputeFactors(scene, {.tolerance = tolerance}, pool).value();
 }
 
 testing::PanelledRoom SmallRoom() {
