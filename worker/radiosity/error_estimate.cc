@@ -8,7 +8,7 @@ namespace {
 
 // Mean of |x| over the root mean square of x, for a normal x.
 constexpr double kMeanOfAbsolute = 0.8;
-// Share of a link's visibility error that rays at the output points leave (NUMERICS 12.1).
+// Share of a link's visibility error that rays at the output points leave.
 constexpr double kVisibilityAfterGather = 0.6;
 // The same of its source variation, which the oracle weighs three times: the gather opens sources.
 constexpr double kSpreadAfterGather = 0.35;
@@ -77,15 +77,16 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
   using Inherit = Product::Inherit;
   RETURN_IF_ERROR(product.Sums(
       radiosity, 1, {Inherit::kHalf, Inherit::kWhole, Inherit::kWhole, Inherit::kWhole},
-      [&](const Link& link, const Lanes& xp, const Lanes& xq, Lanes& to_p, Lanes& to_q) {
+      [&](const Link& link, const Slots::Ends& ends, const Lanes& xp, const Lanes& xq, Lanes& to_p,
+          Lanes& to_q) {
         NodeValues p = tree.values(link.p), q = tree.values(link.q);
         p.radiosity = static_cast<float>(xp[0]);
         q.radiosity = static_cast<float>(xq[0]);
         const LinkError error = ErrorOf(tree, link, p, q);
         const bool cluster = tree.is_cluster(link.p) || tree.is_cluster(link.q);
         const double share = cluster ? 0.0 : std::max(link.visibility(), 0.1) / unit;
-        const double at_p = 1 / (tree.area_m2(link.p) * unit);
-        const double at_q = 1 / (tree.area_m2(link.q) * unit);
+        const double at_p = product.inverse_area(ends.p) / unit;
+        const double at_q = product.inverse_area(ends.q) / unit;
         to_p =
             Lanes{Square(q.radiosity * link.variation_p * share), Square(error.spread_p_w * at_p),
                   Square(error.visibility_p_w * at_p), Square(error.coupling_p_w * at_p)};

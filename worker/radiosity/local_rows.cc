@@ -4,14 +4,44 @@
 
 namespace isolux {
 
+namespace {
+
+// Part of what a link's end sends and receives.
+struct Share {
+  uint32_t node = 0;
+  double of_coupling = 0;
+};
+
+// An element is its own whole; a cluster is taken apart into its surfaces, as they face the slot's
+// direction.
+void AddShares(const Tree& tree, uint32_t node, int direction, double inverse_area,
+               std::vector<Share>& shares) {
+  tree.ForEachChild(node, [&](uint32_t child) {
+    if (tree.is_cluster(child)) return AddShares(tree, child, direction, inverse_area, shares);
+    const double cosine = tree.facing().cosine(tree.node(child).id.surface, direction);
+    if (cosine > 0) shares.push_back({child, tree.area_m2(child) * cosine * inverse_area});
+  });
+}
+
+std::vector<Share> SharesOf(const Tree& tree, const Slots& slots, uint32_t slot) {
+  const uint32_t node = slots.NodeOf(slot);
+  if (!slots.is_cluster(slot)) return {{node, 1.0}};
+  std::vector<Share> shares;
+  const int direction = slots.DirectionOf(slot);
+  const double area = tree.facing().area_m2(node, direction);
+  if (area > 0) AddShares(tree, node, direction, 1 / area, shares);
+  return shares;
+}
+
+}  // namespace
+
 LocalRows::LocalRows(const Tree& tree, const ActiveNodes& active, std::span<const Link> links) {
-  const size_t n = active.own.size();
   std::vector<uint32_t> row_of(tree.size(), kNone);
-  rows_.resize(n + 1);
-  for (uint32_t k = 0; k < n; ++k) {
+  for (size_t k = 0; k < active.own.size(); ++k) {
     const uint32_t node = active.own[k];
-    Row& row = rows_[k];
-    row_of[node] = k;
+    if (tree.is_cluster(node)) continue;
+    Row row;
+    row_of[node] = static_cast<uint32_t>(rows_.size());
     const uint32_t parent = tree.node(node).parent;
     row.parent = parent == kNoNode ? kNone : row_of[parent];
     row.area_m2 = tree.area_m2(node);
@@ -19,29 +49,43 @@ LocalRows::LocalRows(const Tree& tree, const ActiveNodes& active, std::span<cons
     row.is_leaf = active.is_leaf[k] != 0;
     row.first_leaf = static_cast<uint32_t>(row_of_leaf_.size());
     row.last_leaf = row.first_leaf + (row.is_leaf ? 1 : 0);
-    if (row.is_leaf) row_of_leaf_.push_back(k);
+    if (row.is_leaf) row_of_leaf_.push_back(row_of[node]);
+    rows_.push_back(row);
   }
+  const size_t n = rows_.size();
+  rows_.emplace_back();
   for (uint32_t k = static_cast<uint32_t>(n); k-- > 0;) {
     if (rows_[k].parent == kNone) continue;
     Row& parent = rows_[rows_[k].parent];
     parent.last_leaf = std::max(parent.last_leaf, rows_[k].last_leaf);
   }
-  // Both ends of a link list it; a link of a node with itself stands twice in its row, as it counts
-  // twice in a product.
-  for (const Link& link : links) {
-    ++rows_[row_of[link.p] + 1].first_coupling;
-    ++rows_[row_of[link.q] + 1].first_coupling;
-  }
+  // Both ends of a coupling list it.
+  const Slots slots(tree);
+  const auto for_couplings = [&](const auto& body) {
+    for (const Link& link : links) {
+      const Slots::Ends ends = slots.Of(tree, link.p, link.q);
+      const std::vector<Share> at_q = SharesOf(tree, slots, ends.q);
+      for (const Share& p : SharesOf(tree, slots, ends.p)) {
+        for (const Share& q : at_q) {
+          const uint32_t a = row_of[p.node], b = row_of[q.node];
+          CHECK(a != kNone && b != kNone);
+          body(a, b, link.coupling_m2() * p.of_coupling * q.of_coupling);
+        }
+      }
+    }
+  };
+  for_couplings([&](uint32_t a, uint32_t b, double) {
+    ++rows_[a + 1].first_coupling;
+    ++rows_[b + 1].first_coupling;
+  });
   for (size_t k = 0; k < n; ++k) rows_[k + 1].first_coupling += rows_[k].first_coupling;
   couplings_.resize(rows_[n].first_coupling);
   std::vector<uint32_t> next(n);
   for (size_t k = 0; k < n; ++k) next[k] = rows_[k].first_coupling;
-  for (const Link& link : links) {
-    const uint32_t p = row_of[link.p], q = row_of[link.q];
-    CHECK(p != kNone && q != kNone);
-    couplings_[next[p]++] = {q, link.coupling_m2()};
-    couplings_[next[q]++] = {p, link.coupling_m2()};
-  }
+  for_couplings([&](uint32_t a, uint32_t b, double coupling_m2) {
+    couplings_[next[a]++] = {b, coupling_m2};
+    couplings_[next[b]++] = {a, coupling_m2};
+  });
   value_.resize(n);
   arriving_.resize(n);
   sum_.resize(n);

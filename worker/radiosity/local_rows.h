@@ -1,5 +1,6 @@
 // The links between own nodes, leaf by leaf: what Gauss–Seidel sweeps and shots run over. Plain
 // doubles on one thread, in the order of the tree: bits depend on which leaves share a worker.
+// Clusters' links are taken apart into their surfaces'.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +21,7 @@ class LocalRows {
   // Goes through the leaves in order: value[i] = update(i, arriving), where `arriving` is what the
   // links bring to the leaf from the values as they are by then. A node's links are read once, when
   // its first leaf is reached: none of them ends at or below the node, so what they bring is the
-  // same for all its leaves, and a sweep costs as much as a product. Only links of a cluster with
-  // itself or with what is in it bring values as old as that.
+  // same for all its leaves, and a sweep costs as much as a product.
   using Update = std::function<Lanes(size_t leaf, const Lanes& arriving)>;
   void Sweep(std::span<Lanes> values, const Update& update);
 
@@ -34,7 +34,7 @@ class LocalRows {
   static constexpr uint32_t kNone = 0xffffffffu;
 
   struct Row {
-    uint32_t parent = kNone;                 // place among the rows; kNone: a cut node
+    uint32_t parent = kNone;                 // place among the rows; kNone: a surface or cut node
     uint32_t first_leaf = 0, last_leaf = 0;  // of those at or below, end exclusive
     uint32_t first_coupling = 0;             // to the first of the next row
     double area_m2 = 0, inverse_area = 0;    // m², 1/m²

@@ -42,47 +42,107 @@ void Activate(const Tree& tree, uint32_t node, std::vector<uint8_t>& active) {
   }
 }
 
+// Directions in which the values of clusters are needed: those asked for, and the same of all
+// clusters below.
+void NeedBelow(const Tree& tree, std::vector<uint16_t>& directions) {
+  for (uint32_t c = 0; c < directions.size(); ++c) {  // parents come first
+    const Cluster& cluster = tree.cluster(c);
+    for (uint32_t i = 0; i < cluster.child_count; ++i) {
+      directions[cluster.first_child + i] |= directions[c];
+    }
+  }
+}
+
+// What the links here need of others, by home: ids of slots, sorted. `ends` gets, for each node,
+// whether it is the end of a link.
+std::vector<std::vector<NodeId>> ListWanted(const Tree& tree, const Placement& placement,
+                                            const LinkSet& links, std::vector<uint8_t>& ends,
+                                            std::vector<uint16_t>& directions) {
+  const Slots slots(tree);
+  const Assignment& assignment = placement.assignment();
+  ends.assign(tree.size(), 0);
+  std::vector<uint8_t> needed(slots.count(tree), 0);  // of slots
+  const auto need = [&](const Link& link) {
+    const Slots::Ends e = slots.Of(tree, link.p, link.q);
+    needed[e.p] = needed[e.q] = 1;
+  };
+  for (const Link& link : links.own) {
+    ends[link.p] = ends[link.q] = 1;
+    need(link);
+  }
+  for (const Link& link : links.crown) {
+    ends[link.p] = ends[link.q] = 1;
+    if (placement.HomeOfLink(link.p, link.q) == placement.self()) need(link);
+  }
+  directions.assign(tree.hierarchy().clusters().size(), 0);
+  for (uint32_t slot = 0; slots.is_cluster(slot); ++slot) {
+    if (needed[slot] != 0) {
+      directions[slots.NodeOf(slot)] |= static_cast<uint16_t>(1U << slots.DirectionOf(slot));
+    }
+  }
+  // A crown cluster's value is pulled from the cut here, so those of the cut below are needed too.
+  std::vector<uint16_t> crown(directions.size(), 0);
+  for (uint32_t c = 0; c < crown.size(); ++c) {
+    if (placement.InCrown(c)) crown[c] = directions[c];
+  }
+  for (uint32_t c = 0; c < crown.size(); ++c) {
+    const Cluster& cluster = tree.cluster(c);
+    if (!placement.InCrown(c)) continue;
+    for (uint32_t i = 0; i < cluster.child_count; ++i) {
+      crown[cluster.first_child + i] |= crown[c];
+    }
+  }
+  std::vector<std::vector<NodeId>> wanted(assignment.worker_count);
+  for (uint32_t slot = 0; slot < needed.size(); ++slot) {
+    const uint32_t node = slots.NodeOf(slot);
+    if (placement.InCrown(node)) continue;
+    const bool above = slots.is_cluster(slot) &&
+                       placement.cut_node(placement.CutOf(node)) == node &&
+                       (crown[node] >> slots.DirectionOf(slot) & 1) != 0;
+    const uint32_t home = placement.HomeOf(node);
+    if ((needed[slot] != 0 || above) && home != placement.self()) {
+      wanted[home].push_back(slots.IdOf(tree, slot));
+    }
+  }
+  for (auto& ids : wanted) std::sort(ids.begin(), ids.end());
+  return wanted;
+}
+
 }  // namespace
 
 Result<ActiveNodes> Subscribe(Tree& tree, Placement& placement, const LinkSet& links,
                               Exchange& exchange) {
-  const Assignment& assignment = placement.assignment();
-  // Ends of any link here are there; only the values of those we multiply by are needed.
-  constexpr uint8_t kThere = 1, kNeeded = 2;
-  std::vector<uint8_t> ends(tree.size(), 0);
-  for (const Link& link : links.own) ends[link.p] = ends[link.q] = kNeeded;
-  for (const Link& link : links.crown) {
-    const bool mine = placement.HomeOfLink(link.p, link.q) == placement.self();
-    for (const uint32_t end : {link.p, link.q})
-      ends[end] = std::max(ends[end], mine ? kNeeded : kThere);
-  }
-  std::vector<std::vector<NodeId>> wanted(assignment.worker_count);
-  for (uint32_t node = 0; node < ends.size(); ++node) {
-    if (ends[node] != kNeeded || placement.InCrown(node)) continue;
-    const uint32_t home = placement.HomeOf(node);
-    if (home != placement.self()) wanted[home].push_back(tree.node(node).id);
-  }
-  for (auto& ids : wanted) std::sort(ids.begin(), ids.end());
-  ASSIGN_OR_RETURN(const std::vector<NodeId> exported, exchange.Subscribe(wanted));
-
+  const Slots slots(tree);
   ActiveNodes nodes;
+  std::vector<uint8_t> ends;
+  const std::vector<std::vector<NodeId>> wanted =
+      ListWanted(tree, placement, links, ends, nodes.directions);
+  ASSIGN_OR_RETURN(const std::vector<NodeId> exported, exchange.Subscribe(wanted));
   for (const NodeId& id : exported) {
-    const bool known = id.is_cluster() ? tree.Find(id) != kNoNode
-                                       : id.surface < tree.hierarchy().surfaces().size() &&
-                                             id.level() <= kMaxLevel;
-    if (!known)
+    if (!id.is_cluster() && id.surface < tree.hierarchy().surfaces().size() &&
+        id.level() <= kMaxLevel) {
+      tree.FindOrMake(id);
+      placement.Extend(tree);
+    }
+    const uint32_t slot = slots.Find(tree, id);
+    if (slot == kNoNode) {
       return Error(StatusCode::kInternal, "another worker wants node {}:{}", id.surface, id.path);
-    nodes.exported.push_back(id.is_cluster() ? tree.Find(id) : tree.FindOrMake(id));
-    placement.Extend(tree);
-    if (!placement.IsMine(nodes.exported.back())) {
+    }
+    const uint32_t node = slots.NodeOf(slot);
+    if (!placement.IsMine(node)) {
       return Error(StatusCode::kInternal, "node {}:{} is wanted from the wrong worker", id.surface,
                    id.path);
     }
+    nodes.exported.push_back(slot);
+    ends.resize(tree.size(), 0);
+    ends[node] = 1;
+    if (slots.is_cluster(slot)) {
+      nodes.directions[node] |= static_cast<uint16_t>(1U << slots.DirectionOf(slot));
+    }
   }
-  ends.resize(tree.size(), 0);
-  for (const uint32_t node : nodes.exported) ends[node] = kThere;
+  NeedBelow(tree, nodes.directions);
   for (const auto& ids : wanted) {
-    for (const NodeId& id : ids) nodes.proxies.push_back(tree.Find(id));
+    for (const NodeId& id : ids) nodes.proxies.push_back(slots.Find(tree, id));
   }
   std::vector<uint8_t> active(tree.size(), 0);
   for (uint32_t node = 0; node < ends.size(); ++node) {
@@ -91,7 +151,7 @@ Result<ActiveNodes> Subscribe(Tree& tree, Placement& placement, const LinkSet& l
   // The cut's own nodes exist whatever the links say.
   for (uint32_t c = 0; c < placement.cut_size(); ++c) Activate(tree, placement.cut_node(c), active);
   for (uint32_t c = 0; c < placement.cut_size(); ++c) {
-    if (assignment.home[c] == placement.self())
+    if (placement.assignment().home[c] == placement.self())
       ListActive(tree, active, placement.cut_node(c), nodes);
   }
   return nodes;
@@ -99,7 +159,12 @@ Result<ActiveNodes> Subscribe(Tree& tree, Placement& placement, const LinkSet& l
 
 Product::Product(const Tree& tree, const Placement& placement, LinkSet& links,
                  const ActiveNodes& active, ThreadPool& pool, Exchange& exchange)
-    : tree_(tree), placement_(placement), active_(active), pool_(pool), exchange_(exchange) {
+    : tree_(tree),
+      placement_(placement),
+      active_(active),
+      pool_(pool),
+      exchange_(exchange),
+      slots_(tree) {
   const auto first_remote = std::partition(
       links.own.begin(), links.own.end(),
       [&](const Link& link) { return placement.IsMine(link.p) && placement.IsMine(link.q); });
@@ -109,13 +174,24 @@ Product::Product(const Tree& tree, const Placement& placement, LinkSet& links,
   for (const Link& link : links.crown) {
     if (placement.HomeOfLink(link.p, link.q) == placement.self()) crown_.push_back(link);
   }
-  inverse_area_.resize(tree.size());
-  for (uint32_t i = 0; i < tree.size(); ++i) {
-    const double area = tree.area_m2(i);
-    inverse_area_[i] = area > 0 ? 1 / area : 0;
+  const size_t count = slots_.count(tree);
+  inverse_area_.resize(count);
+  for (uint32_t slot = 0; slot < count; ++slot) {
+    const uint32_t node = slots_.NodeOf(slot);
+    const double area = slots_.is_cluster(slot)
+                            ? tree.facing().area_m2(node, slots_.DirectionOf(slot))
+                            : tree.area_m2(node);
+    inverse_area_[slot] = area > 0 ? 1 / area : 0;
   }
-  value_.assign(tree.size(), Lanes{});
-  sum_.assign(pool.thread_count(), std::vector<IntLanes>(tree.size(), IntLanes{}));
+  ends_.resize(links.own.size());
+  pool.For(ends_.size(), 8192, [&](size_t begin, size_t end, int) {
+    for (size_t i = begin; i < end; ++i) {
+      ends_[i] = slots_.Of(tree, links.own[i].p, links.own[i].q);
+    }
+  });
+  for (const Link& link : crown_) crown_ends_.push_back(slots_.Of(tree, link.p, link.q));
+  value_.assign(count, Lanes{});
+  sum_.assign(pool.thread_count(), std::vector<IntLanes>(count, IntLanes{}));
 }
 
 Status Product::Irradiance(std::span<const Lanes> radiosity, double bound, int lanes,
@@ -131,10 +207,11 @@ Status Product::Irradiance(std::span<const Lanes> radiosity, double bound, int l
   std::vector<IntLanes> sums(leaf_count());
   RETURN_IF_ERROR(Sums(
       radiosity, lanes, {},
-      [&](const Link& link, const Lanes& xp, const Lanes& xq, Lanes& to_p, Lanes& to_q) {
+      [&](const Link& link, const Slots::Ends& ends, const Lanes& xp, const Lanes& xq, Lanes& to_p,
+          Lanes& to_q) {
         const double c = link.coupling_m2() * scale;
-        to_p = xq * (c * inverse_area_[link.p]);
-        to_q = xp * (c * inverse_area_[link.q]);
+        to_p = xq * (c * inverse_area_[ends.p]);
+        to_q = xp * (c * inverse_area_[ends.q]);
       },
       sums, scope));
   const double unit = std::ldexp(1.0, -exponent);
@@ -146,31 +223,66 @@ Status Product::Irradiance(std::span<const Lanes> radiosity, double bound, int l
   return {};
 }
 
+// Radiosity of a cluster as seen from one direction: the mean over the area that faces it.
+Lanes Product::PullCluster(uint32_t cluster, int direction) const {
+  Lanes sum{};
+  tree_.ForEachChild(cluster, [&](uint32_t child) {
+    if (tree_.is_cluster(child)) {
+      sum += tree_.facing().area_m2(child, direction) * value_[slots_.OfCluster(child, direction)];
+    } else {
+      const double cosine = tree_.facing().cosine(tree_.node(child).id.surface, direction);
+      sum += (tree_.area_m2(child) * cosine) * value_[slots_.OfElement(child)];
+    }
+  });
+  return sum * inverse_area_[slots_.OfCluster(cluster, direction)];
+}
+
 void Product::PullOwn(std::span<const Lanes> leaf_values) {
   CHECK_EQ(leaf_values.size(), active_.leaves.size());
   size_t leaf = leaf_values.size();
   for (size_t k = active_.own.size(); k-- > 0;) {
     const uint32_t node = active_.own[k];
     if (active_.is_leaf[k] != 0) {
-      value_[node] = leaf_values[--leaf];
-      continue;
+      value_[slots_.OfElement(node)] = leaf_values[--leaf];
+    } else {
+      Pull(node);
     }
-    Lanes sum{};
-    tree_.ForEachChild(node, [&](uint32_t child) { sum += value_[child] * tree_.area_m2(child); });
-    value_[node] = sum * inverse_area_[node];
   }
 }
 
+// From the children that have their values.
+void Product::Pull(uint32_t node) {
+  if (tree_.is_cluster(node)) {
+    for (int d = 0; d < kDirections; ++d) {
+      if ((active_.directions[node] >> d & 1) == 0) continue;
+      value_[slots_.OfCluster(node, d)] = PullCluster(node, d);
+    }
+    return;
+  }
+  Lanes sum{};
+  tree_.ForEachChild(
+      node, [&](uint32_t child) { sum += value_[slots_.OfElement(child)] * tree_.area_m2(child); });
+  const uint32_t slot = slots_.OfElement(node);
+  value_[slot] = sum * inverse_area_[slot];
+}
+
 Status Product::SendOwnValues(int lanes) {
-  const auto pack = [&](std::vector<double>& out, uint32_t node) {
-    for (int lane = 0; lane < lanes; ++lane) out.push_back(value_[node][lane]);
+  const auto pack = [&](std::vector<double>& out, uint32_t slot) {
+    for (int lane = 0; lane < lanes; ++lane) out.push_back(value_[slot][lane]);
   };
   std::vector<double> cut, exported;
   for (uint32_t c = 0; c < placement_.cut_size(); ++c) {
-    if (placement_.assignment().home[c] == placement_.self()) pack(cut, placement_.cut_node(c));
+    if (placement_.assignment().home[c] != placement_.self()) continue;
+    const uint32_t node = placement_.cut_node(c);
+    // The values of clusters are wanted by direction: they travel as proxies.
+    if (tree_.is_cluster(node)) {
+      cut.resize(cut.size() + static_cast<size_t>(lanes), 0.0);
+    } else {
+      pack(cut, slots_.OfElement(node));
+    }
   }
   exported.reserve(active_.exported.size() * lanes);
-  for (const uint32_t node : active_.exported) pack(exported, node);
+  for (const uint32_t slot : active_.exported) pack(exported, slot);
   return exchange_.SendValues(cut, exported);
 }
 
@@ -193,17 +305,14 @@ Status Product::ReceiveOtherValues(int lanes) {
 
 void Product::PullCrown(std::span<const double> cut_values, int lanes) {
   for (uint32_t c = 0; c < placement_.cut_size(); ++c) {
+    const uint32_t node = placement_.cut_node(c);
+    if (tree_.is_cluster(node)) continue;
     for (int lane = 0; lane < lanes; ++lane) {
-      value_[placement_.cut_node(c)][lane] = cut_values[size_t{c} * lanes + lane];
+      value_[slots_.OfElement(node)][lane] = cut_values[size_t{c} * lanes + lane];
     }
   }
   const auto& crown = placement_.crown();
-  for (size_t k = crown.size(); k-- > 0;) {
-    Lanes sum{};
-    tree_.ForEachChild(crown[k],
-                       [&](uint32_t child) { sum += value_[child] * tree_.area_m2(child); });
-    value_[crown[k]] = sum * inverse_area_[crown[k]];
-  }
+  for (size_t k = crown.size(); k-- > 0;) Pull(crown[k]);
 }
 
 void Product::CollectThreads() {
@@ -217,19 +326,26 @@ void Product::CollectThreads() {
 
 Status Product::ExchangeSums(int lanes) {
   std::vector<IntLanes>& sum = sum_[0];
-  const auto pack = [&](const std::vector<uint32_t>& nodes) {
+  std::vector<uint32_t> crown;  // slots
+  for (const uint32_t node : placement_.crown()) {
+    if (!tree_.is_cluster(node)) {
+      crown.push_back(slots_.OfElement(node));
+      continue;
+    }
+    for (int d = 0; d < kDirections; ++d) crown.push_back(slots_.OfCluster(node, d));
+  }
+  const auto pack = [&](const std::vector<uint32_t>& slots) {
     std::vector<int64_t> out;
-    out.reserve(nodes.size() * lanes);
-    for (const uint32_t node : nodes) {
-      for (int lane = 0; lane < lanes; ++lane) out.push_back(sum[node][lane]);
+    out.reserve(slots.size() * lanes);
+    for (const uint32_t slot : slots) {
+      for (int lane = 0; lane < lanes; ++lane) out.push_back(sum[slot][lane]);
     }
     return out;
   };
-  RETURN_IF_ERROR(exchange_.SendSums(pack(placement_.crown()), pack(active_.proxies)));
+  RETURN_IF_ERROR(exchange_.SendSums(pack(crown), pack(active_.proxies)));
   const double start = Now();
   ASSIGN_OR_RETURN(const ReceivedSums received, exchange_.ReceiveSums());
   wait_s_ += Now() - start;
-  const auto& crown = placement_.crown();
   const bool alone = received.exported.empty() && active_.exported.empty();
   if (received.crown.size() != crown.size() * lanes ||
       (!alone && received.exported.size() != active_.exported.size() * lanes)) {
@@ -246,20 +362,42 @@ Status Product::ExchangeSums(int lanes) {
   return {};
 }
 
+// A cluster's clusters take over what it received; its surfaces take it in proportion to the cosine
+// of the direction. Rounded here, once for each surface, from the sum over all links.
+void Product::PushCluster(uint32_t cluster) {
+  std::vector<IntLanes>& sum = sum_[0];
+  for (int d = 0; d < kDirections; ++d) {
+    const IntLanes whole = sum[slots_.OfCluster(cluster, d)];
+    if ((whole[0] | whole[1] | whole[2] | whole[3]) == 0) continue;
+    tree_.ForEachChild(cluster, [&](uint32_t child) {
+      if (tree_.is_cluster(child)) {
+        sum[slots_.OfCluster(child, d)] += whole;
+        return;
+      }
+      const double cosine = tree_.facing().cosine(tree_.node(child).id.surface, d);
+      IntLanes& target = sum[slots_.OfElement(child)];
+      for (int lane = 0; lane < 4; ++lane) {
+        target[lane] += static_cast<int64_t>(cosine * static_cast<double>(whole[lane]));
+      }
+    });
+  }
+}
+
 void Product::PushDown(std::array<Inherit, 4> inherit, std::span<IntLanes> sums) {
   std::vector<IntLanes>& sum = sum_[0];
   IntLanes half{};  // lanes of which elements hand down half
   for (int lane = 0; lane < 4; ++lane) half[lane] = inherit[lane] == Inherit::kHalf ? -1 : 0;
   const auto push = [&](uint32_t node) {
-    const IntLanes whole = sum[node];
-    const IntLanes down = tree_.is_cluster(node) ? whole : (half & (whole >> 1)) | (~half & whole);
-    tree_.ForEachChild(node, [&](uint32_t child) { sum[child] += down; });
+    if (tree_.is_cluster(node)) return PushCluster(node);
+    const IntLanes whole = sum[slots_.OfElement(node)];
+    const IntLanes down = (half & (whole >> 1)) | (~half & whole);
+    tree_.ForEachChild(node, [&](uint32_t child) { sum[slots_.OfElement(child)] += down; });
   };
   for (const uint32_t node : placement_.crown()) push(node);
   size_t leaf = 0;
   for (size_t k = 0; k < active_.own.size(); ++k) {
     if (active_.is_leaf[k] != 0) {
-      sums[leaf++] = sum[active_.own[k]];
+      sums[leaf++] = sum[slots_.OfElement(active_.own[k])];
     } else {
       push(active_.own[k]);
     }
@@ -267,8 +405,9 @@ void Product::PushDown(std::array<Inherit, 4> inherit, std::span<IntLanes> sums)
 }
 
 uint64_t Product::memory_bytes() const {
-  return crown_.size() * sizeof(Link) + inverse_area_.size() * sizeof(double) +
-         value_.size() * sizeof(Lanes) + sum_.size() * value_.size() * sizeof(IntLanes);
+  return crown_.size() * sizeof(Link) + (ends_.size() + crown_ends_.size()) * sizeof(Slots::Ends) +
+         inverse_area_.size() * sizeof(double) + value_.size() * sizeof(Lanes) +
+         sum_.size() * value_.size() * sizeof(IntLanes);
 }
 
 }  // namespace isolux

@@ -17,6 +17,7 @@
 #include "worker/radiosity/link.h"
 #include "worker/radiosity/placement.h"
 #include "worker/radiosity/refine.h"
+#include "worker/radiosity/slots.h"
 #include "worker/radiosity/tree.h"
 
 namespace isolux {
@@ -25,11 +26,14 @@ using IntLanes = LaneMask;
 
 // The nodes of a worker that take part in the products of one round.
 struct ActiveNodes {
-  std::vector<uint32_t> own;       // at and below own cut nodes, parents before children
-  std::vector<uint32_t> leaves;    // those of `own` that end the tree
-  std::vector<uint8_t> is_leaf;    // of `own`
-  std::vector<uint32_t> exported;  // own nodes others want, in the order of their ids
-  std::vector<uint32_t> proxies;   // nodes wanted from others, home by home, by id
+  std::vector<uint32_t> own;     // at and below own cut nodes, parents before children
+  std::vector<uint32_t> leaves;  // those of `own` that end the tree
+  std::vector<uint8_t> is_leaf;  // of `own`
+  // Slots (slots.h).
+  std::vector<uint32_t> exported;  // own ones others want, in the order of their ids
+  std::vector<uint32_t> proxies;   // those wanted from others, home by home, by id
+  // Of each cluster, by bits: the directions in which somebody needs its value.
+  std::vector<uint16_t> directions;
 };
 
 // Tells the other workers which of their nodes the links here end at, makes those of our own that
@@ -60,13 +64,17 @@ class Product {
   Status Irradiance(std::span<const Lanes> radiosity, double bound, int lanes,
                     std::span<Lanes> irradiance, LinkScope scope = LinkScope::kAll);
 
-  // The same road with another kernel and integer results. kernel(link, xp, xq, to_p, to_q) gives
-  // what a link adds to its two ends, from the values at them: numbers below 2^51 in size, rounded
-  // to integers. An element hands down all it received, or half of it a level.
+  // The same road with another kernel and integer results. kernel(link, ends, xp, xq, to_p, to_q)
+  // gives what a link adds to its two ends, from the values at them: numbers below 2^51 in size,
+  // rounded to integers. ends: slots. An element hands down all it received, or half of it a level;
+  // a cluster hands to each surface in proportion to the cosine.
   enum class Inherit { kWhole, kHalf };
   template <typename Function>
   Status Sums(std::span<const Lanes> values, int lanes, std::array<Inherit, 4> inherit,
               const Function& kernel, std::span<IntLanes> sums, LinkScope scope = LinkScope::kAll);
+
+  // 1 over the area of an element, or over that of a cluster that faces the slot's direction, 1/m².
+  double inverse_area(uint32_t slot) const { return inverse_area_[slot]; }
 
   uint32_t products() const { return products_; }
   double wait_s() const { return wait_s_; }  // wall time spent waiting for others
@@ -74,7 +82,11 @@ class Product {
 
  private:
   template <typename Function>
-  void ApplyLinks(std::span<const Link> links, const Function& kernel);
+  void ApplyLinks(std::span<const Link> links, std::span<const Slots::Ends> ends,
+                  const Function& kernel);
+  void Pull(uint32_t node);
+  Lanes PullCluster(uint32_t cluster, int direction) const;
+  void PushCluster(uint32_t cluster);
   void PullOwn(std::span<const Lanes> leaf_values);
   void PullCrown(std::span<const double> cut_values, int lanes);
   Status SendOwnValues(int lanes);
@@ -88,11 +100,13 @@ class Product {
   const ActiveNodes& active_;
   ThreadPool& pool_;
   Exchange& exchange_;
-  std::span<const Link> local_, remote_;    // links between own nodes; links that wait for values
-  std::vector<Link> crown_;                 // those of the crown that are counted here
-  std::vector<double> inverse_area_;        // 1/m², by node
-  std::vector<Lanes> value_;                // by node
-  std::vector<std::vector<IntLanes>> sum_;  // by thread, then node
+  std::span<const Link> local_, remote_;  // links between own nodes; links that wait for values
+  std::vector<Link> crown_;               // those of the crown that are counted here
+  Slots slots_;
+  std::vector<Slots::Ends> ends_, crown_ends_;  // slots of local_ and then remote_, of crown_
+  std::vector<double> inverse_area_;            // 1/m², by slot
+  std::vector<Lanes> value_;                    // by slot
+  std::vector<std::vector<IntLanes>> sum_;      // by thread, then slot
   uint32_t products_ = 0;
   double wait_s_ = 0;
 };
@@ -106,15 +120,16 @@ inline IntLanes ToInteger(const Lanes& v) {
 // ---- bodies ------------------------------------------------------------------------------------
 
 template <typename Function>
-void Product::ApplyLinks(std::span<const Link> links, const Function& kernel) {
+void Product::ApplyLinks(std::span<const Link> links, std::span<const Slots::Ends> ends,
+                         const Function& kernel) {
   pool_.For(links.size(), 8192, [&](size_t begin, size_t end, int thread) {
     IntLanes* sum = sum_[thread].data();
     for (size_t i = begin; i < end; ++i) {
-      const Link& link = links[i];
+      const Slots::Ends& e = ends[i];
       Lanes to_p, to_q;
-      kernel(link, value_[link.p], value_[link.q], to_p, to_q);
-      sum[link.p] += ToInteger(to_p);
-      sum[link.q] += ToInteger(to_q);
+      kernel(links[i], e, value_[e.p], value_[e.q], to_p, to_q);
+      sum[e.p] += ToInteger(to_p);
+      sum[e.q] += ToInteger(to_q);
     }
   });
 }
@@ -126,10 +141,13 @@ Status Product::Sums(std::span<const Lanes> values, int lanes, std::array<Inheri
   for (auto& thread : sum_) std::fill(thread.begin(), thread.end(), IntLanes{});
   PullOwn(values);
   RETURN_IF_ERROR(SendOwnValues(lanes));
-  if (scope == LinkScope::kAll) ApplyLinks(local_, kernel);  // while the others' values travel
+  const std::span<const Slots::Ends> ends = ends_;
+  if (scope == LinkScope::kAll) {  // while the others' values travel
+    ApplyLinks(local_, ends.first(local_.size()), kernel);
+  }
   RETURN_IF_ERROR(ReceiveOtherValues(lanes));
-  ApplyLinks(remote_, kernel);
-  ApplyLinks(crown_, kernel);
+  ApplyLinks(remote_, ends.subspan(local_.size()), kernel);
+  ApplyLinks(crown_, crown_ends_, kernel);
   CollectThreads();
   RETURN_IF_ERROR(ExchangeSums(4));
   PushDown(inherit, sums);

@@ -61,23 +61,22 @@ double ClusterBound(const Tree& tree, uint32_t p, uint32_t q) {
                   tree.area_m2(p) * tree.area_m2(q) / (std::numbers::pi * distance * distance));
 }
 
-// Coupling of clusters as volumes without preferred direction: the mean projected area of what is
-// seen from one side is a quarter of the area (Cauchy).
+// Coupling of two nodes of which one is a cluster, from centre to centre, with the areas that face
+// each other: S_p S_q/(π d²).
 double ClusterCoupling(const Tree& tree, uint32_t p, uint32_t q) {
-  const auto centre_of = [&](uint32_t node) {
-    return tree.is_cluster(node) ? tree.cluster(node).bounds.Centre()
-                                 : tree.polygon(node).Centroid();
-  };
-  const Vec3 d = centre_of(q) - centre_of(p);
-  const double distance = glm::length(d);
-  if (!(distance > 0)) return 0;
-  const auto projected = [&](uint32_t node, double sign) {
-    const double area = tree.area_m2(node);
+  const Vec3 d = tree.centre(q) - tree.centre(p);
+  const double distance2 = glm::dot(d, d);
+  if (!(distance2 > 0)) return 0;
+  const int direction = NearestDirection(d);
+  const auto facing = [&](uint32_t node, int side, double sign) {
     return tree.is_cluster(node)
-               ? 0.25 * area
-               : area * std::max(0.0, sign * glm::dot(tree.normal(node), d) / distance);
+               ? tree.facing().area_m2(node, side)
+               : tree.area_m2(node) * std::max(0.0, sign * glm::dot(tree.normal(node), d)) /
+                     std::sqrt(distance2);
   };
-  return projected(p, 1) * projected(q, -1) / (std::numbers::pi * distance * distance);
+  const double seen_p = facing(p, direction, 1), seen_q = facing(q, direction ^ 1, -1);
+  // Neither can receive more than the other sends, however near they are.
+  return std::min({seen_p * seen_q / (std::numbers::pi * distance2), seen_p, seen_q});
 }
 
 double SizeOf(const Tree& tree, uint32_t node) {
@@ -307,8 +306,7 @@ LinkError ErrorOf(const Tree& tree, const Link& link, const NodeValues& p, const
   LinkError error;
   if (tree.is_cluster(link.p) || tree.is_cluster(link.q)) {
     // Judged by all that could be exchanged at most. What is likely wrong is half of what is
-    // exchanged, since clusters are taken to look alike from all sides, and what eight rays do not
-    // tell.
+    // exchanged, since few directions stand for all, and what eight rays do not tell.
     const double exchanged = link.coupling_m2();
     const double unseen = link.unoccluded_m2 * link.visibility_deviation();
     error.coupling_p_w = exchanged * q.radiosity;

@@ -9,7 +9,9 @@
 namespace isolux {
 
 Tree::Tree(const Hierarchy& hierarchy)
-    : hierarchy_(&hierarchy), cluster_count_(static_cast<uint32_t>(hierarchy.clusters().size())) {
+    : hierarchy_(&hierarchy),
+      cluster_count_(static_cast<uint32_t>(hierarchy.clusters().size())),
+      facing_(hierarchy) {
   normals_.reserve(hierarchy.surfaces().size());
   for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
     normals_.push_back(hierarchy.geometry(s).Normal());

@@ -13,6 +13,7 @@
 #include "common/hierarchy/hierarchy.h"
 #include "common/hierarchy/snapshot.h"
 #include "common/util/status.h"
+#include "worker/radiosity/cluster_facing.h"
 
 namespace isolux {
 
@@ -49,6 +50,11 @@ class Tree {
     return hierarchy_->surfaces()[nodes_[index].id.surface];
   }
   Vec3 normal(uint32_t index) const { return normals_[nodes_[index].id.surface]; }
+  // Of the area of an element, of the bounds of a cluster.
+  Vec3 centre(uint32_t index) const {
+    return is_cluster(index) ? cluster(index).bounds.Centre() : polygon(index).Centroid();
+  }
+  const ClusterFacing& facing() const { return facing_; }
 
   uint32_t SurfaceIndex(uint32_t surface) const { return cluster_count_ + surface; }
   // Index of a node, or kNoNode where it does not exist.
@@ -84,6 +90,7 @@ class Tree {
   const Hierarchy* hierarchy_;
   uint32_t cluster_count_ = 0;
   std::vector<Vec3> normals_;  // of surfaces
+  ClusterFacing facing_;
   // Side by side, by index.
   std::vector<Node> nodes_;
   std::vector<NodeValues> values_;
