@@ -10,12 +10,15 @@ constexpr size_t kNumbersPerElement = 4 * 3;  // corners × channels
 
 }  // namespace
 
-Status GatherWaves::Ask(const std::vector<NodeId>& elements, size_t begin) {
+Status GatherWaves::Ask(const std::vector<NodeId>& elements, const std::vector<uint8_t>& corners,
+                        size_t begin) {
   if (begin >= elements.size()) return {};
   const size_t end = std::min(elements.size(), begin + batch_);
   GatherRequest request;
   request.elements.assign(elements.begin() + static_cast<std::ptrdiff_t>(begin),
                           elements.begin() + static_cast<std::ptrdiff_t>(end));
+  request.corners.assign(corners.begin() + static_cast<std::ptrdiff_t>(begin),
+                         corners.begin() + static_cast<std::ptrdiff_t>(end));
   request.accuracy = accuracy_;
   return crew_.SendAll(MessageKind::kGather, request);
 }
@@ -52,11 +55,12 @@ Status GatherWaves::Take(size_t begin, size_t count, std::vector<double>* irradi
 }
 
 Result<std::vector<double>> GatherWaves::Gather(const std::vector<NodeId>& elements,
+                                                const std::vector<uint8_t>& corners,
                                                 const std::function<void(uint64_t)>& news) {
   std::vector<double> irradiance(elements.size() * kNumbersPerElement, 0.0);
-  RETURN_IF_ERROR(Ask(elements, 0));
+  RETURN_IF_ERROR(Ask(elements, corners, 0));
   for (size_t begin = 0; begin < elements.size(); begin += batch_) {
-    RETURN_IF_ERROR(Ask(elements, begin + batch_));
+    RETURN_IF_ERROR(Ask(elements, corners, begin + batch_));
     const size_t count = std::min<size_t>(batch_, elements.size() - begin);
     RETURN_IF_ERROR(Take(begin, count, &irradiance));
     gathered_ += count;

@@ -17,16 +17,19 @@ class GatherWaves {
   GatherWaves(Crew& crew, double accuracy, uint32_t batch)
       : crew_(crew), accuracy_(accuracy), batch_(batch), cpu_s_(crew.size(), 0.0) {}
 
-  // W/m²: 4 corners × 3 channels an element. The elements are sorted by id. `news` hears how many
+  // W/m²: 4 corners × 3 channels an element. The elements are sorted by id; `corners` are those
+  // wanted of each, by bits. `news` hears how many
   // elements are done, over all calls.
   Result<std::vector<double>> Gather(const std::vector<NodeId>& elements,
+                                     const std::vector<uint8_t>& corners,
                                      const std::function<void(uint64_t)>& news);
 
   uint64_t rays() const { return rays_; }
   const std::vector<double>& cpu_s() const { return cpu_s_; }  // of each worker
 
  private:
-  Status Ask(const std::vector<NodeId>& elements, size_t begin);
+  Status Ask(const std::vector<NodeId>& elements, const std::vector<uint8_t>& corners,
+             size_t begin);
   Status Take(size_t begin, size_t count, std::vector<double>* irradiance);
 
   Crew& crew_;

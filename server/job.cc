@@ -175,13 +175,14 @@ Result<PatchFile> JobRunner::Impl::RunEpoch() {
   const OutputMeshOptions output = OutputOptions();
   Tell(JobProgress::Stage::kGathering);
   GatherWaves waves(*crew, output.accuracy, limits.gather_batch);
-  ASSIGN_OR_RETURN(
-      PatchFile patch,
-      BuildOutputMesh(hierarchy, snapshot, output, [&](const std::vector<NodeId>& elements) {
-        return waves.Gather(elements, [&](uint64_t gathered) {
-          Tell(JobProgress::Stage::kGathering, 0, gathered);
-        });
-      }));
+  ASSIGN_OR_RETURN(PatchFile patch,
+                   BuildOutputMesh(hierarchy, snapshot, output,
+                                   [&](const std::vector<NodeId>& elements,
+                                       const std::vector<uint8_t>& corners) {
+                                     return waves.Gather(elements, corners, [&](uint64_t gathered) {
+                                       Tell(JobProgress::Stage::kGathering, 0, gathered);
+                                     });
+                                   }));
   summary.gather_s = SecondsSince(start);
   summary.gather_cpu_s = waves.cpu_s();
   summary.workers = crew->present_count();

@@ -17,6 +17,8 @@ namespace {
 // Corners as one vertex: this share of the scene's extent. Far below any element's size, far above
 // what rounding moves a midpoint.
 constexpr double kWeldTolerance = 1e-6;
+// Corners of one leaf's elements as one point: what rounding moves a midpoint.
+constexpr double kSameCorner = 1e-9;
 // A tolerance never goes below that of this share of the mean irradiance: dark corners are not
 // worth points.
 constexpr double kDarkShare = 0.05;
@@ -89,7 +91,12 @@ class Refinement {
  public:
   Refinement(const Hierarchy& hierarchy, const Snapshot& snapshot, const OutputMeshOptions& options,
              const GatherFunction& gather)
-      : hierarchy_(hierarchy), leaves_(snapshot.leaves), options_(options), gather_(gather) {}
+      : hierarchy_(hierarchy),
+        leaves_(snapshot.leaves),
+        options_(options),
+        gather_(gather),
+        points_(kSameCorner * hierarchy.extent_m(), hierarchy.clusters()[0].bounds.low,
+                2 * leaves_.size() + 16) {}
 
   // Elements by id, without surfaces that have no light.
   Result<std::vector<Element>> Run() {
@@ -128,18 +135,45 @@ class Refinement {
     return kBend * options_.accuracy * std::max(irradiance, kDarkShare * mean_);
   }
 
-  // Gathers a wave. `bends`: how far each differs from what was expected, in tolerances.
+  // Gathers a wave. `bends`: how far each differs from what was expected, in tolerances. Corners
+  // that an element of the leaf has had before are known.
   Result<std::vector<Element>> Gather(const std::vector<Candidate>& wave,
-                                      std::vector<double>* bends) const {
+                                      std::vector<double>* bends) {
     std::vector<NodeId> ids;
-    ids.reserve(wave.size());
-    for (const Candidate& candidate : wave) ids.push_back(candidate.id);
+    std::vector<uint8_t> wanted;
+    std::vector<std::array<uint32_t, 4>> vertices(wave.size());
+    for (size_t i = 0; i < wave.size(); ++i) {
+      uint8_t corners = 0;
+      const ConvexPolygon shape =
+          ElementGeometry(hierarchy_.geometry(wave[i].id.surface), wave[i].id.path);
+      for (int k = 0; k < shape.count; ++k) {
+        vertices[i][k] = points_.Vertex(shape.v[k], wave[i].leaf);
+        if (vertices[i][k] < irradiance_.size()) continue;
+        irradiance_.emplace_back();
+        corners |= static_cast<uint8_t>(1U << k);
+      }
+      if (corners == 0) continue;
+      ids.push_back(wave[i].id);
+      wanted.push_back(corners);
+    }
     ASSIGN_OR_RETURN(
         const std::vector<double> values,
-        ids.empty() ? Result<std::vector<double>>(std::vector<double>{}) : gather_(ids));
+        ids.empty() ? Result<std::vector<double>>(std::vector<double>{}) : gather_(ids, wanted));
     if (values.size() != 12 * ids.size()) {
       return Error(StatusCode::kInternal, "gathered {} values at the corners of {} elements",
                    values.size(), ids.size());
+    }
+    for (size_t i = 0, asked = 0; i < wave.size() && asked < ids.size(); ++i) {
+      if (!(wave[i].id == ids[asked])) continue;
+      for (int k = 0; k < 4; ++k) {
+        if ((wanted[asked] >> k & 1) == 0) continue;
+        for (int c = 0; c < 3; ++c) {
+          const double value = values[12 * asked + 3 * k + c];
+          irradiance_[vertices[i][k]][c] = static_cast<float>(
+              std::isfinite(value) ? std::max(0.0, value) : leaves_[wave[i].leaf].irradiance[c]);
+        }
+      }
+      ++asked;
     }
     std::vector<Element> elements(wave.size());
     if (bends != nullptr) bends->assign(wave.size(), 0);
@@ -147,11 +181,7 @@ class Refinement {
       elements[i] = {wave[i].id, wave[i].leaf, {}};
       const int corners = hierarchy_.geometry(wave[i].id.surface).count;
       for (int k = 0; k < corners; ++k) {
-        for (int c = 0; c < 3; ++c) {
-          const double value = values[12 * i + 3 * k + c];
-          elements[i].irradiance[k][c] = static_cast<float>(
-              std::isfinite(value) ? std::max(0.0, value) : leaves_[wave[i].leaf].irradiance[c]);
-        }
+        elements[i].irradiance[k] = irradiance_[vertices[i][k]];
         if (bends == nullptr) continue;
         const double off = Difference(elements[i].irradiance[k], wave[i].expected[k]);
         if (off > 0) (*bends)[i] = std::max((*bends)[i], off / wave[i].tolerance);
@@ -251,6 +281,8 @@ class Refinement {
   const std::vector<LeafRecord>& leaves_;
   const OutputMeshOptions& options_;
   const GatherFunction& gather_;
+  Welder points_;                     // corners; a leaf is a group
+  std::vector<Channels> irradiance_;  // of points_
   double mean_ = 0;
 };
 

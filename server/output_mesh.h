@@ -17,10 +17,12 @@ struct OutputMeshOptions {
   uint64_t max_elements = 4'000'000;
 };
 
-// Irradiance (W/m²) at the corners of elements: 4 corners × 3 channels each, in the elements'
-// order. Asked once a wave, with the elements sorted by id and each asked for once.
-using GatherFunction =
-    std::function<Result<std::vector<double>>(const std::vector<NodeId>& elements)>;
+// Irradiance (W/m²) at corners of elements: 4 corners × 3 channels each, in the elements' order, of
+// which only those count whose bits are set in `corners`. Asked once a wave, with the elements
+// sorted by id and each asked for once; a corner that several elements of a leaf share is asked for
+// once.
+using GatherFunction = std::function<Result<std::vector<double>>(
+    const std::vector<NodeId>& elements, const std::vector<uint8_t>& corners)>;
 
 // Runs the waves and builds the patch file's vertices and faces (not its comments).
 Result<PatchFile> BuildOutputMesh(const Hierarchy& hierarchy, const Snapshot& snapshot,

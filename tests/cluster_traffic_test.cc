@@ -150,11 +150,11 @@ TEST(ClusterTrafficTest, GeometryNeverTravels) {
       if (kind == MessageKind::kSnapshotPart || kind == MessageKind::kInstallSnapshot) {
         const auto data = DecodeMessage<SnapshotData>(seen.message.payload);
         const auto snapshot = DecodeSnapshot(data->snapshot);
-        // An id, H, spread, error, closure, escape.
-        EXPECT_LE(size, snapshot->leaves.size() * (12 + 24 + 16) + 2 * kFraming);
+        // An id, H, spread, error, closure, escape, doubt.
+        EXPECT_LE(size, snapshot->leaves.size() * (12 + 24 + 20) + 2 * kFraming);
       } else if (kind == MessageKind::kGather) {
         const auto request = DecodeMessage<GatherRequest>(seen.message.payload);
-        EXPECT_LE(size, request->elements.size() * 12 + 2 * kFraming);
+        EXPECT_LE(size, request->elements.size() * 13 + 2 * kFraming);
       } else if (kind == MessageKind::kGatherPart) {
         const auto part = DecodeMessage<GatherPart>(seen.message.payload);
         EXPECT_LE(size, part->sums.size() * 8 + 2 * kFraming);

@@ -265,7 +265,8 @@ Status Server::Absorb(const Message& message) {
 
 Status Server::Gather(const Message& message) {
   ASSIGN_OR_RETURN(const GatherRequest request, DecodeMessage<GatherRequest>(message.payload));
-  ASSIGN_OR_RETURN(const GatherPart part, job_->shard->Gather(request.elements, request.accuracy));
+  ASSIGN_OR_RETURN(const GatherPart part,
+                   job_->shard->Gather(request.elements, request.corners, request.accuracy));
   return Reply(MessageKind::kGatherPart, part);
 }
 

@@ -61,12 +61,14 @@ struct Shard::Impl {
   std::unique_ptr<NodeSampler> sampler;
   std::unique_ptr<Placement> placement;
   LinkSet links;
-  Snapshot snapshot;  // installed last
-  Snapshot solved;    // own leaves of the round just run
+  Snapshot snapshot;                   // installed last
+  Snapshot solved;                     // own leaves of the round just run
+  std::unique_ptr<Gatherer> gatherer;  // of the installed snapshot, made when first asked for
   Scout scout;
 
   RefineScene refine_scene() const { return {&rays, sampler.get(), options.seed}; }
   Status Refine(double epsilon, Exchange& exchange, RefineCounters& counters) {
+    gatherer.reset();
     return isolux::Refine(epsilon, refine_scene(), tree, *placement, pool, links, counters,
                           [&exchange] { return exchange.Cancelled(); });
   }
@@ -88,6 +90,7 @@ Shard::~Shard() = default;
 
 Status Shard::Start(const SolveOptions& options, const Assignment& assignment, uint32_t self) {
   impl_->options = options;
+  impl_->gatherer.reset();
   impl_->links = {};
   impl_->sampler = std::make_unique<NodeSampler>(impl_->tree);
   impl_->scout =
@@ -215,6 +218,7 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
     leaf.error = static_cast<float>(sum > 0 ? errors.leaves[i].error * largest / sum : 0);
     leaf.closure = static_cast<float>(leaves.closure[i]);
     leaf.escape = static_cast<float>(escape[i]);
+    leaf.doubt = static_cast<float>(errors.leaves[i].doubt);
     solved.leaves.push_back(leaf);
   }
   std::sort(solved.leaves.begin(), solved.leaves.end(),
@@ -306,6 +310,7 @@ void Shard::Impl::CountLinks(const RefineCounters& counters, double refine_cpu_s
 Snapshot Shard::TakeSnapshot() const { return impl_->solved; }
 
 Status Shard::InstallSnapshot(const Snapshot& snapshot) {
+  impl_->gatherer.reset();
   impl_->snapshot = snapshot;
   std::vector<uint32_t> moved;
   RETURN_IF_ERROR(impl_->tree.Install(impl_->snapshot, &moved));
@@ -331,6 +336,7 @@ Status Shard::InstallSnapshot(const Snapshot& snapshot) {
 Result<std::vector<MigrationParcel>> Shard::Reassign(const Assignment& next) {
   ASSIGN_OR_RETURN(Placement placement,
                    Placement::Make(impl_->tree, next, impl_->placement->self()));
+  impl_->gatherer.reset();
   *impl_->placement = std::move(placement);
   const Placement& now = *impl_->placement;
   LinkSet kept;
@@ -368,6 +374,7 @@ Result<std::vector<MigrationParcel>> Shard::Reassign(const Assignment& next) {
 }
 
 Status Shard::Absorb(const std::string& parcel_bytes) {
+  impl_->gatherer.reset();
   if (parcel_bytes.size() % sizeof(Link) != 0) {
     return {StatusCode::kDataLoss, "migration: a parcel does not hold whole links"};
   }
@@ -386,21 +393,22 @@ Status Shard::Absorb(const std::string& parcel_bytes) {
   return {};
 }
 
-Result<GatherPart> Shard::Gather(const std::vector<NodeId>& elements, double accuracy) {
+Result<GatherPart> Shard::Gather(const std::vector<NodeId>& elements,
+                                 const std::vector<uint8_t>& corners, double accuracy) {
   const Stopwatch watch(impl_->pool);
   GatherOptions options;
   options.even_share = 0.01 * accuracy;
   options.seed = impl_->options.seed;
-  // 64 rays a point for 2 %, 256 for 1 % (NUMERICS 12.4); more where there are few points, for a
-  // coarse solution deserves smooth shadows. Every worker is asked for the same elements.
-  const double wanted = 64 * (0.02 / accuracy) * (0.02 / accuracy);
-  const double affordable = 2e6 / static_cast<double>(std::max<size_t>(1, elements.size()));
+  // 64 rays a point for 2 %, 256 for 1 %: docs/numerics.md, "Gather".
   options.rays =
-      static_cast<int>(std::clamp(std::max(wanted, std::min(affordable, 192.0)), 32.0, 1024.0));
-  options.open_share = std::max(0.02, 0.5 * accuracy);
+      static_cast<int>(std::clamp(64 * (0.02 / accuracy) * (0.02 / accuracy), 48.0, 1024.0));
+  options.open_share = std::max(0.01, 0.5 * accuracy);
+  if (!impl_->gatherer) {
+    impl_->gatherer = std::make_unique<Gatherer>(impl_->tree, *impl_->placement, impl_->links,
+                                                 impl_->snapshot, impl_->rays);
+  }
   ASSIGN_OR_RETURN(GatherPart part,
-                   GatherAtCorners(elements, impl_->tree, *impl_->placement, impl_->links,
-                                   impl_->snapshot, impl_->rays, options, impl_->pool));
+                   impl_->gatherer->AtCorners(elements, corners, options, impl_->pool));
   part.cpu_s = watch.cpu_s();
   return part;
 }

@@ -8,7 +8,7 @@ namespace {
 
 constexpr uint32_t kMagic = 0x53584c49;  // "ILXS"
 constexpr size_t kHeaderBytes = 4 + 4 + 8 + 8;
-constexpr size_t kLeafBytes = 4 + 8 + 3 * 8 + 4 * 4;
+constexpr size_t kLeafBytes = 4 + 8 + 3 * 8 + 5 * 4;
 
 template <typename T>
 void Put(char*& out, const T& value) {
@@ -67,6 +67,7 @@ std::string Encode(const Snapshot& snapshot) {
     Put(out, leaf.error);
     Put(out, leaf.closure);
     Put(out, leaf.escape);
+    Put(out, leaf.doubt);
   }
   return bytes;
 }
@@ -92,6 +93,7 @@ Result<Snapshot> DecodeSnapshot(const std::string& bytes) {
     leaf.error = Take<float>(in);
     leaf.closure = Take<float>(in);
     leaf.escape = Take<float>(in);
+    leaf.doubt = Take<float>(in);
     if (leaf.id.is_cluster() || leaf.id.path == 0 || leaf.id.level() > kMaxLevel) {
       return Error(StatusCode::kDataLoss, "snapshot: no element has the id {}:{}", leaf.id.surface,
                    leaf.id.path);

@@ -154,6 +154,7 @@ struct Absorb {
 struct GatherRequest {
   std::vector<NodeId> elements;
   double accuracy = 0;
+  std::vector<uint8_t> corners;  // wanted, by bits, one an element; empty: all
 };
 
 struct EndJob {

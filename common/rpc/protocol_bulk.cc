@@ -159,6 +159,7 @@ std::string Encode(const GatherRequest& message) {
   v1::GatherRequest proto;
   ToProto(message.elements, proto.mutable_elements());
   proto.set_accuracy(message.accuracy);
+  proto.set_corners(message.corners.data(), message.corners.size());
   return proto.SerializeAsString();
 }
 
@@ -174,6 +175,11 @@ Result<GatherRequest> DecodeMessage(const std::string& payload) {
   RETURN_IF_ERROR(FromProto(proto.elements(), "Gather", &message.elements));
   for (const NodeId& id : message.elements) {
     if (id.is_cluster()) return Error(StatusCode::kDataLoss, "Gather: a cluster has no corners");
+  }
+  message.corners.assign(proto.corners().begin(), proto.corners().end());
+  if (!message.corners.empty() && message.corners.size() != message.elements.size()) {
+    return Error(StatusCode::kDataLoss, "Gather: corners of {} elements for {}",
+                 message.corners.size(), message.elements.size());
   }
   return message;
 }

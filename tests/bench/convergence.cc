@@ -146,7 +146,7 @@ int main(int argc, char** argv) {
     std::vector<NodeId> ids;
     for (const Point& p : points) ids.push_back(p.element);
     const double start = Now();
-    const auto part = shard.Gather(ids, accuracy);
+    const auto part = shard.Gather(ids, std::vector<uint8_t>(ids.size(), 1), accuracy);
     if (!part) {
       std::fprintf(stderr, "%s\n", part.error().message().c_str());
       return 1;
@@ -164,14 +164,16 @@ int main(int argc, char** argv) {
       gathered.Add(h, points[i]);
       if (getenv("DBG") != nullptr && r + 1 == rounds) {
         const Vec3 f = (points[i].position + scene->origin_m) / scene->metres_per_unit;
-        std::printf("P,%.1f,%.1f,%.1f,surf %u,leaf level %d,true %.4f,got %.4f,const %.4f\n", f.x, f.y, f.z, ids[i].surface, leaf->id.level(), Sum(points[i].irradiance), Sum(h), double(leaf->irradiance[0])+leaf->irradiance[1]+leaf->irradiance[2]);
+        std::printf("P,%.1f,%.1f,%.1f,surf %u,leaf level %d,true %.4f,got %.4f,const %.4f\n", f.x,
+                    f.y, f.z, ids[i].surface, leaf->id.level(), Sum(points[i].irradiance), Sum(h),
+                    double(leaf->irradiance[0]) + leaf->irradiance[1] + leaf->irradiance[2]);
       }
     }
     std::printf("%.3g,%lu,%lu,%lu,%.3f,%.3f,%.4f,%.4f,%.0f,%.1f,%.4f,%.4f\n", share, report->links,
                 report->leaves, report->rays, report->refine_s, report->solve_s,
                 constants.Relative(), gathered.Relative(),
-                static_cast<double>(part->rays) / (4.0 * points.size()),
-                1e6 * gather_s / (4.0 * points.size()) * pool.thread_count(),
+                static_cast<double>(part->rays) / static_cast<double>(points.size()),
+                1e6 * gather_s / static_cast<double>(points.size()) * pool.thread_count(),
                 report->error_estimate, report->energy_imbalance);
     std::fflush(stdout);
   }

@@ -23,8 +23,13 @@ constexpr double kCalibration = 0.5;
 // Squares of amplitudes in units of the mean irradiance, as integers: amplitudes from 1e-4 to 4,096
 // of it.
 constexpr double kSquareScale = 0x1p26, kLargestAmplitude = 4096;
+constexpr double kAmplitudeScale = 0x1p30;  // of sums of amplitudes
 
 double SumOf(const Lanes& v) { return v[0] + v[1] + v[2]; }
+
+double Amplitude(double amplitude) {
+  return std::min(amplitude, kLargestAmplitude) * kAmplitudeScale;
+}
 
 double Square(double amplitude) {
   const double a = std::min(amplitude, kLargestAmplitude);
@@ -95,6 +100,16 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
                   Square(error.visibility_q_w * at_q), Square(error.coupling_q_w * at_q)};
       },
       sums));
+  std::vector<IntLanes> doubts(n);
+  RETURN_IF_ERROR(product.Sums(
+      radiosity, 1, {},
+      [&](const Link& link, const Slots::Ends& ends, const Lanes& xp, const Lanes& xq, Lanes& to_p,
+          Lanes& to_q) {
+        const double brings = link.unoccluded_m2 * link.doubt() / unit;
+        to_p = Lanes{Amplitude(brings * xq[0] * product.inverse_area(ends.p)), 0, 0, 0};
+        to_q = Lanes{Amplitude(brings * xp[0] * product.inverse_area(ends.q)), 0, 0, 0};
+      },
+      doubts));
 
   // Local errors, and how much ambient light they make or lose.
   struct Local {
@@ -108,6 +123,7 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
       return unit * std::sqrt(static_cast<double>(sums[i][lane]) / kSquareScale);
     };
     estimate.leaves[i].spread = amplitude(0);
+    estimate.leaves[i].doubt = unit * static_cast<double>(doubts[i][0]) / kAmplitudeScale;
     Local& l = local[i];
     l.spread = kSpreadAfterGather * amplitude(1);
     l.visibility = kVisibilityAfterGather * amplitude(2);

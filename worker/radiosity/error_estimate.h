@@ -13,6 +13,7 @@ namespace isolux {
 struct LeafError {
   double spread = 0;  // range of irradiance over the leaf, W/m², summed over channels
   double error = 0;   // expected absolute error of irradiance, W/m², summed over channels
+  double doubt = 0;  // Σ over links of what they bring times their doubt, W/m², over the channels
 };
 
 struct ErrorEstimate {
@@ -29,7 +30,7 @@ struct Previous {
   std::span<const uint32_t> leaf;     // its number; own leaves below one old leaf follow each other
 };
 
-// One product. `irradiance`: H of own leaves.
+// Two products. `irradiance`: H of own leaves.
 Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const LeafSystem& leaves,
                                     std::span<const Lanes> irradiance, const Previous& previous,
                                     const SolverResult& solved, Exchange& exchange);

@@ -2,12 +2,15 @@
 //
 //   H(x) = Σ over links of the leaf and of all above it:  V(x, q) B_q F(x→q)
 // with F in closed form at the point, sources opened where they carry much and vary, and V from
-// rays at the point for the links that matter and are in doubt, from the link otherwise.
+// rays at the point for links in doubt, from the link otherwise. About K rays a point, shared out
+// in proportion to what each link brings and to the deviation of its visibility.
 //
 // A link's rays at a point follow from the link, the snapshot and a seed alone, so it does not
 // matter which worker holds the link.
 #pragma once
 
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "common/hierarchy/shard_data.h"
@@ -16,7 +19,7 @@
 namespace isolux {
 
 struct GatherOptions {
-  int rays = 64;  // about so many a point, shared out by what each link brings and its doubt
+  int rays = 64;  // about so many a point
   // A source that brings less than this share of a leaf's irradiance is taken to be the same all
   // over the leaf: many such vary against each other.
   double even_share = 2e-4;
@@ -25,11 +28,21 @@ struct GatherOptions {
   uint64_t seed = 1;
 };
 
-// `elements`: sorted, leaves of the snapshot the tree was installed from, or below them. Counts
-// only the links homed here.
-Result<GatherPart> GatherAtCorners(const std::vector<NodeId>& elements, const Tree& tree,
-                                   const Placement& placement, const LinkSet& links,
-                                   const Snapshot& snapshot, const RayScene& rays,
-                                   const GatherOptions& options, ThreadPool& pool);
+// Made once a snapshot; keeps references to all it is given.
+class Gatherer {
+ public:
+  Gatherer(const Tree& tree, const Placement& placement, const LinkSet& links,
+           const Snapshot& snapshot, const RayScene& rays);
+  ~Gatherer();
+
+  // `elements`: sorted, leaves of the snapshot the tree was installed from, or below them.
+  // `corners`: of each the corners wanted, by bits; empty: all. Counts only the links homed here.
+  Result<GatherPart> AtCorners(std::span<const NodeId> elements, std::span<const uint8_t> corners,
+                               const GatherOptions& options, ThreadPool& pool) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 }  // namespace isolux

@@ -34,6 +34,13 @@ struct Link {
     const double v = (visible_rays + 1.0) / (kRays + 2.0);
     return std::sqrt(v * (1 - v));
   }
+  // By which rays at output points are shared out. Links whose eight rays agree are right but for a
+  // few, and would otherwise take most of all rays.
+  double doubt() const {
+    constexpr double kUnanimous = 0.3;
+    const bool unanimous = visible_rays == 0 || visible_rays == kRays;
+    return visibility_deviation() * (unanimous ? kUnanimous : 1.0);
+  }
 };
 static_assert(sizeof(Link) == 24);
 
