@@ -80,6 +80,7 @@ struct Shard::Impl {
   Status AddEnergy(const LeafSystem& leaves, std::span<const Lanes> irradiance,
                    std::span<const double> escape, Exchange& exchange, RoundReport& report) const;
   std::vector<double> EscapeShares(const ActiveNodes& nodes) const;
+  std::vector<RowBounds> BoundRows(const ActiveNodes& nodes, std::span<const double> escape) const;
   void CountLinks(const RefineCounters& counters, double refine_cpu_s, double solve_cpu_s,
                   const ActiveNodes& nodes, RoundReport& report) const;
 };
@@ -171,27 +172,25 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
   std::vector<uint32_t> old_leaf;
   LeafSystem leaves = MakeLeafSystem(nodes, &start, &old_leaf);
   Product product(tree, *placement, links, nodes, pool, exchange);
-  std::vector<uint8_t> leaf_closed;
-  for (const uint32_t node : nodes.leaves)
-    leaf_closed.push_back(scout.closed[tree.node(node).id.surface]);
+  const std::vector<double> escape = EscapeShares(nodes);
+  std::vector<RowBounds> bounds = BoundRows(nodes, escape);
   const double tolerance = std::min(1e-3, 0.1 * accuracy);
-  ASSIGN_OR_RETURN(ClosureSummary closing,
-                   Close(product, leaves, leaf_closed, tolerance, kLargestOpenRow, exchange));
+  ASSIGN_OR_RETURN(ClosureSummary closing, Close(product, leaves, bounds, tolerance, exchange));
   LinkTransport transport(product, leaves);
   SolverOptions solver;
   solver.accuracy = accuracy;
   ASSIGN_OR_RETURN(SolverResult solution,
                    isolux::Solve(options.solver, transport, leaves, start, solver, exchange));
   if (solution.indefinite) {
-    // Rows above 1 feed on themselves here: none is allowed.
-    ASSIGN_OR_RETURN(closing, Close(product, leaves, leaf_closed, tolerance, 1.0, exchange));
+    // Some rows could not be brought down while others were brought up: bring down alone.
+    for (RowBounds& row : bounds) row.low = 0;
+    ASSIGN_OR_RETURN(closing, Close(product, leaves, bounds, tolerance, exchange));
     ASSIGN_OR_RETURN(solution,
                      isolux::Solve(options.solver, transport, leaves, start, solver, exchange));
   }
   ASSIGN_OR_RETURN(const ErrorEstimate errors,
                    EstimateError(product, tree, leaves, solution.irradiance, {start, old_leaf},
                                  solution, exchange));
-  const std::vector<double> escape = EscapeShares(nodes);
   RETURN_IF_ERROR(AddEnergy(leaves, solution.irradiance, escape, exchange, report));
 
   report.error_estimate = errors.total;
@@ -235,13 +234,30 @@ std::vector<double> Shard::Impl::EscapeShares(const ActiveNodes& nodes) const {
       if (scout.closed[id.surface] != 0) continue;
       const LeafRecord& record = RecordAbove(node);
       // Seeded by the id, so a leaf's share never changes while it is one.
-      shares[i] = id.is_surface() ? scout.escape[id.surface]
-                  : record.id == id
-                      ? record.escape
-                      : EscapeShare(hierarchy, rays, id, tree.polygon(node), options.seed);
+      shares[i] = id.is_surface()   ? scout.escape[id.surface]
+                  : record.id == id ? record.escape
+                                    : EscapeShare(hierarchy, rays, id, tree.polygon(node),
+                                                  record.escape, options.seed);
     }
   });
   return shares;
+}
+
+// A row may be off its measured share by two standard deviations.
+std::vector<RowBounds> Shard::Impl::BoundRows(const ActiveNodes& nodes,
+                                              std::span<const double> escape) const {
+  std::vector<RowBounds> bounds(escape.size());
+  for (size_t i = 0; i < bounds.size(); ++i) {
+    if (scout.closed[tree.node(nodes.leaves[i]).id.surface] != 0) {
+      bounds[i] = {1, 1};
+      continue;
+    }
+    const double margin = 2 * EscapeDeviation(escape[i]);
+    // As far below as above, or rows would lose more than they gain.
+    const double row = 1 - escape[i], reach = std::min({margin, escape[i], row});
+    bounds[i] = {row - reach, row + reach};
+  }
+  return bounds;
 }
 
 Status Shard::Impl::AddEnergy(const LeafSystem& leaves, std::span<const Lanes> irradiance,

@@ -19,6 +19,7 @@ Snapshot AmbientSnapshot(const Hierarchy& hierarchy, const Scout& scout) {
   for (uint32_t s = 0; s < surfaces.size(); ++s) {
     LeafRecord& leaf = snapshot.leaves[s];
     leaf.id = {s, 1};
+    leaf.escape = scout.escape[s];
     const Component& component = components[scout.component[s]];
     for (int c = 0; c < 3; ++c) {
       if (component.lost[c] > 0) leaf.irradiance[c] = component.emitted[c] / component.lost[c];

@@ -14,8 +14,9 @@ constexpr double kSmallestStep = 0.5, kLargestStep = 1.25;
 
 }  // namespace
 
-Result<ClosureSummary> Close(Product& product, LeafSystem& leaves, std::span<const uint8_t> closed,
-                             double tolerance, double largest_open_row, Exchange& exchange) {
+Result<ClosureSummary> Close(Product& product, LeafSystem& leaves,
+                             std::span<const RowBounds> bounds, double tolerance,
+                             Exchange& exchange) {
   ClosureSummary summary;
   const size_t n = leaves.size();
   std::vector<Lanes> radiosity(n), row(n);
@@ -23,8 +24,8 @@ Result<ClosureSummary> Close(Product& product, LeafSystem& leaves, std::span<con
   const auto excess = [&](size_t i) {
     const double sum = leaves.closure[i] * row[i][0];
     if (!(sum > 0)) return 1.0;
-    if (closed[i] != 0) return sum;
-    return sum > largest_open_row || leaves.closure[i] < 1 ? sum / largest_open_row : 1.0;
+    if (sum > bounds[i].high) return sum / std::max(bounds[i].high, kLeast * kLeast);
+    return sum < bounds[i].low ? sum / bounds[i].low : 1.0;
   };
   while (true) {
     for (size_t i = 0; i < n; ++i) radiosity[i] = Lanes{leaves.closure[i], 0, 0, 0};
@@ -42,7 +43,7 @@ Result<ClosureSummary> Close(Product& product, LeafSystem& leaves, std::span<con
     for (size_t i = 0; i < n; ++i) {
       double& factor = leaves.closure[i];
       const double step = std::clamp(std::sqrt(1 / excess(i)), kSmallestStep, kLargestStep);
-      factor = std::clamp(factor * step, kLeast, closed[i] != 0 ? kMost : 1.0);
+      factor = std::clamp(factor * step, kLeast, kMost);
     }
   }
 }

@@ -1,28 +1,30 @@
-// In a closed room what leaves an element arrives somewhere: the row of a leaf must add up to its
-// area. Couplings with errors miss that, and the solution magnifies what they miss by 1/(1 − ρ).
-// The closure scales C → D C D, one factor a leaf, which keeps it symmetric and positive (Knight
-// and Ruiz 2013).
+// What leaves an element arrives somewhere or leaves the scene: the row of a leaf must add up to
+// its area less the share that escapes. Couplings with errors miss that, and the solution magnifies
+// what they miss by 1/(1 − ρ). The closure scales C → D C D, one factor a leaf, which keeps it
+// symmetric and positive ([KnightRuiz13]).
 #pragma once
 
 #include "worker/radiosity/solver.h"
 
 namespace isolux {
 
+// What the row sum of a leaf may be, over its area. In a closed component both are 1; where light
+// escapes they are as far apart as the measured share is uncertain.
+struct RowBounds {
+  double low = 0, high = 1;
+};
+
 struct ClosureSummary {
   uint32_t products = 0;
-  double worst_before = 0;  // largest |row sum / area − 1| of closed leaves without any factor
+  double worst_before =
+      0;  // of leaves without any factor, how far a row is from its bounds, as share
   double worst_after = 0;
 };
 
-// Rows of leaves that may lose light can add up to anything below their area. Couplings that spread
-// evenly over a node what varies make them scatter by a fifth about the truth, so only rows far
-// above are cut down; cutting all above 1 would lose what the rows below 1 lack.
-inline constexpr double kLargestOpenRow = 1.5;
-
-// Improves leaves.closure, starting from what is there, until every row of a leaf with closed[i] !=
-// 0 adds up to its area within `tolerance` and no other row to more than `largest_open_row` areas,
-// or twenty products are spent. Open rows below that keep factor 1.
-Result<ClosureSummary> Close(Product& product, LeafSystem& leaves, std::span<const uint8_t> closed,
-                             double tolerance, double largest_open_row, Exchange& exchange);
+// Improves leaves.closure, starting from what is there, until every row is within its bounds to
+// `tolerance`, or twenty products are spent.
+Result<ClosureSummary> Close(Product& product, LeafSystem& leaves,
+                             std::span<const RowBounds> bounds, double tolerance,
+                             Exchange& exchange);
 
 }  // namespace isolux

@@ -86,7 +86,7 @@ Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, double accu
   pool.For(surfaces.size(), 64, [&](size_t begin, size_t end, int) {
     for (size_t s = begin; s < end; ++s) {
       const double share = hierarchy.surface_area_m2(s) / total_area;
-      const int packets = std::clamp(static_cast<int>(kScoutRays / 8 * share), 1, 2048);
+      const int packets = std::clamp(static_cast<int>(kScoutRays / 8 * share), 2, 2048);
       Random random(Hash(seed, 0x5c0u, s));
       for (int k = 0; k < packets; ++k) {
         const auto escapes = CosineRays(hierarchy.geometry(s), surfaces[s].polygon, random);
@@ -132,16 +132,22 @@ Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, double accu
 }
 
 double EscapeShare(const Hierarchy& hierarchy, const RayScene& rays, const NodeId& id,
-                   const ConvexPolygon& polygon, uint64_t seed) {
+                   const ConvexPolygon& polygon, double prior, uint64_t seed) {
   Random random(Hash(seed, 0xe5c0u, Hash(id.surface, id.path)));
   int escaped = 0;
-  for (int k = 0; k < kEscapePackets; ++k) {
+  for (int k = 0; k < kEscapeRays / RayScene::kPacket; ++k) {
     const auto escapes = CosineRays(polygon, hierarchy.surfaces()[id.surface].polygon, random);
     for (const RayHit& hit : rays.Trace(escapes, RayScene::kPacket)) {
       if (!TakesPart(hierarchy.scene(), hit)) ++escaped;
     }
   }
-  return escaped / (8.0 * kEscapePackets);
+  return (escaped + kPriorRays * prior) / (kEscapeRays + kPriorRays);
+}
+
+double EscapeDeviation(double share) {
+  constexpr double kRays = kEscapeRays + kPriorRays;
+  const double v = (share * kRays + 0.5) / (kRays + 1);
+  return std::sqrt(v * (1 - v) / kRays);
 }
 
 }  // namespace isolux

@@ -23,10 +23,12 @@ struct Scout {
 Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, double accuracy, uint64_t seed,
                    ThreadPool& pool);
 
-// Share of cosine-distributed rays from an element that reach no participating side, from
-// 8·kEscapePackets seeded rays.
-inline constexpr int kEscapePackets = 2;
+// Share of the light of an element that escapes: of kEscapeRays seeded cosine-distributed rays,
+// drawn towards the share of the element it is part of as by kPriorRays more.
+inline constexpr int kEscapeRays = 32, kPriorRays = 16;
 double EscapeShare(const Hierarchy& hierarchy, const RayScene& rays, const NodeId& id,
-                   const ConvexPolygon& polygon, uint64_t seed);
+                   const ConvexPolygon& polygon, double prior, uint64_t seed);
+// Standard deviation of that.
+double EscapeDeviation(double share);
 
 }  // namespace isolux
