@@ -150,8 +150,8 @@ TEST(ClusterTrafficTest, GeometryNeverTravels) {
       if (kind == MessageKind::kSnapshotPart || kind == MessageKind::kInstallSnapshot) {
         const auto data = DecodeMessage<SnapshotData>(seen.message.payload);
         const auto snapshot = DecodeSnapshot(data->snapshot);
-        // An id, H, spread, error, closure, escape, doubt.
-        EXPECT_LE(size, snapshot->leaves.size() * (12 + 24 + 20) + 2 * kFraming);
+        // An id, H, spread, error, two closures, escape, doubt.
+        EXPECT_LE(size, snapshot->leaves.size() * (12 + 24 + 24) + 2 * kFraming);
       } else if (kind == MessageKind::kGather) {
         const auto request = DecodeMessage<GatherRequest>(seen.message.payload);
         EXPECT_LE(size, request->elements.size() * 13 + 2 * kFraming);

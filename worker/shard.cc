@@ -160,6 +160,7 @@ LeafSystem Shard::Impl::MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lan
     leaves.reflectance.push_back(lanes(surface.reflectance));
     leaves.exitance.push_back(lanes(surface.exitance));
     leaves.closure.push_back(record.closure);
+    leaves.inheritance.push_back(record.inheritance);
     start->push_back(lanes(record.irradiance));
     old_leaf->push_back(static_cast<uint32_t>(&record - snapshot.leaves.data()));
   }
@@ -216,6 +217,7 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
     // Of the error over all channels, the worst channel has its share of the light.
     leaf.error = static_cast<float>(sum > 0 ? errors.leaves[i].error * largest / sum : 0);
     leaf.closure = static_cast<float>(leaves.closure[i]);
+    leaf.inheritance = static_cast<float>(leaves.inheritance[i]);
     leaf.escape = static_cast<float>(escape[i]);
     leaf.doubt = static_cast<float>(errors.leaves[i].doubt);
     solved.leaves.push_back(leaf);

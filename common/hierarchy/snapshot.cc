@@ -8,7 +8,7 @@ namespace {
 
 constexpr uint32_t kMagic = 0x53584c49;  // "ILXS"
 constexpr size_t kHeaderBytes = 4 + 4 + 8 + 8;
-constexpr size_t kLeafBytes = 4 + 8 + 3 * 8 + 5 * 4;
+constexpr size_t kLeafBytes = 4 + 8 + 3 * 8 + 6 * 4;
 
 template <typename T>
 void Put(char*& out, const T& value) {
@@ -66,6 +66,7 @@ std::string Encode(const Snapshot& snapshot) {
     Put(out, leaf.spread);
     Put(out, leaf.error);
     Put(out, leaf.closure);
+    Put(out, leaf.inheritance);
     Put(out, leaf.escape);
     Put(out, leaf.doubt);
   }
@@ -92,6 +93,7 @@ Result<Snapshot> DecodeSnapshot(const std::string& bytes) {
     leaf.spread = Take<float>(in);
     leaf.error = Take<float>(in);
     leaf.closure = Take<float>(in);
+    leaf.inheritance = Take<float>(in);
     leaf.escape = Take<float>(in);
     leaf.doubt = Take<float>(in);
     if (leaf.id.is_cluster() || leaf.id.path == 0 || leaf.id.level() > kMaxLevel) {

@@ -6,44 +6,105 @@
 namespace isolux {
 namespace {
 
-constexpr uint32_t kMostProducts = 20;
+constexpr uint32_t kMostProducts = 20, kMostInheritanceProducts = 12;
 // Of a factor. Above the most, a link is missing; the least only guards against nonsense.
 constexpr double kLeast = 1e-3, kMost = 2.0;
 // Of one step: larger ones overshoot where neighbours are scaled too.
 constexpr double kSmallestStep = 0.5, kLargestStep = 1.25;
+// Of what is inherited. A leaf in a corner that its parent's links know nothing of may inherit next
+// to nothing.
+constexpr double kLeastInherited = 1.0 / 64, kMostInherited = 4.0;
+// The factors of what is inherited need no more than this: the others do the rest.
+constexpr double kInheritanceTolerance = 0.01;
+
+class Closer {
+ public:
+  Closer(Product& product, LeafSystem& leaves, std::span<const RowBounds> bounds,
+         Exchange& exchange)
+      : product_(product),
+        leaves_(leaves),
+        bounds_(bounds),
+        exchange_(exchange),
+        radiosity_(leaves.size()),
+        row_(leaves.size()),
+        inherited_(leaves.size()) {}
+
+  // Rows with the factors of now, and how far the worst of all workers is from its bounds.
+  Result<double> Measure() {
+    product_.SetInheritance(leaves_.inheritance);
+    for (size_t i = 0; i < leaves_.size(); ++i) radiosity_[i] = Lanes{leaves_.closure[i], 0, 0, 0};
+    RETURN_IF_ERROR(product_.Irradiance(radiosity_, kMost, 1, row_, LinkScope::kAll, inherited_));
+    ++products_;
+    Reduction reduction;
+    reduction.maxima = {0};
+    for (size_t i = 0; i < leaves_.size(); ++i) {
+      const double row = Row(i);
+      if (!(row > 0)) continue;
+      const double target = Target(i, row);
+      const double off = std::abs(row - target) / std::max(target, kLeast);
+      reduction.maxima[0] = std::max(reduction.maxima[0], off);
+    }
+    ASSIGN_OR_RETURN(const Reduction total, exchange_.Reduce(std::move(reduction)));
+    return total.maxima[0];
+  }
+
+  void ScaleInheritance() {
+    for (size_t i = 0; i < leaves_.size(); ++i) {
+      const double row = Row(i);
+      double& factor = leaves_.inheritance[i];
+      const double from_above = leaves_.closure[i] * factor * inherited_[i][0];
+      if (!(from_above > 0)) continue;
+      // What should come from above, over what does; half of it by taking, half by giving.
+      const double wanted = Target(i, row) - (row - from_above);
+      const double step = std::sqrt(std::max(wanted, 0.0) / from_above);
+      factor = std::clamp(factor * std::clamp(step, kSmallestStep, kLargestStep), kLeastInherited,
+                          kMostInherited);
+    }
+  }
+
+  void ScaleAll() {
+    for (size_t i = 0; i < leaves_.size(); ++i) {
+      const double row = Row(i);
+      if (!(row > 0)) continue;
+      const double step = std::sqrt(Target(i, row) / row);
+      leaves_.closure[i] = std::clamp(
+          leaves_.closure[i] * std::clamp(step, kSmallestStep, kLargestStep), kLeast, kMost);
+    }
+  }
+
+  uint32_t products() const { return products_; }
+
+ private:
+  double Row(size_t i) const { return leaves_.closure[i] * row_[i][0]; }
+  double Target(size_t i, double row) const {
+    return std::clamp(row, bounds_[i].low, std::max(bounds_[i].low, bounds_[i].high));
+  }
+
+  Product& product_;
+  LeafSystem& leaves_;
+  std::span<const RowBounds> bounds_;
+  Exchange& exchange_;
+  std::vector<Lanes> radiosity_, row_, inherited_;
+  uint32_t products_ = 0;
+};
 
 }  // namespace
 
 Result<ClosureSummary> Close(Product& product, LeafSystem& leaves,
                              std::span<const RowBounds> bounds, double tolerance,
                              Exchange& exchange) {
+  Closer closer(product, leaves, bounds, exchange);
   ClosureSummary summary;
-  const size_t n = leaves.size();
-  std::vector<Lanes> radiosity(n), row(n);
-  // Row sum over what it should be; 1 where nothing is to be done.
-  const auto excess = [&](size_t i) {
-    const double sum = leaves.closure[i] * row[i][0];
-    if (!(sum > 0)) return 1.0;
-    if (sum > bounds[i].high) return sum / std::max(bounds[i].high, kLeast * kLeast);
-    return sum < bounds[i].low ? sum / bounds[i].low : 1.0;
-  };
   while (true) {
-    for (size_t i = 0; i < n; ++i) radiosity[i] = Lanes{leaves.closure[i], 0, 0, 0};
-    RETURN_IF_ERROR(product.Irradiance(radiosity, kMost, 1, row));
-    ++summary.products;
-    Reduction reduction;
-    reduction.maxima = {0};
-    for (size_t i = 0; i < n; ++i) {
-      reduction.maxima[0] = std::max(reduction.maxima[0], std::abs(excess(i) - 1));
-    }
-    ASSIGN_OR_RETURN(const Reduction total, exchange.Reduce(std::move(reduction)));
-    summary.worst_after = total.maxima[0];
-    if (summary.products == 1) summary.worst_before = total.maxima[0];
+    ASSIGN_OR_RETURN(summary.worst_after, closer.Measure());
+    summary.products = closer.products();
+    if (summary.products == 1) summary.worst_before = summary.worst_after;
     if (summary.worst_after <= tolerance || summary.products >= kMostProducts) return summary;
-    for (size_t i = 0; i < n; ++i) {
-      double& factor = leaves.closure[i];
-      const double step = std::clamp(std::sqrt(1 / excess(i)), kSmallestStep, kLargestStep);
-      factor = std::clamp(factor * step, kLeast, kMost);
+    if (summary.products < kMostInheritanceProducts &&
+        summary.worst_after > kInheritanceTolerance) {
+      closer.ScaleInheritance();
+    } else {
+      closer.ScaleAll();
     }
   }
 }

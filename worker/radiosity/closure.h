@@ -21,8 +21,8 @@ struct ClosureSummary {
   double worst_after = 0;
 };
 
-// Improves leaves.closure, starting from what is there, until every row is within its bounds to
-// `tolerance`, or twenty products are spent.
+// Improves leaves.inheritance and leaves.closure, starting from what is there, until every row is
+// within its bounds to `tolerance`, or twenty products are spent.
 Result<ClosureSummary> Close(Product& product, LeafSystem& leaves,
                              std::span<const RowBounds> bounds, double tolerance,
                              Exchange& exchange);

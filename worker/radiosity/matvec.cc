@@ -190,12 +190,20 @@ Product::Product(const Tree& tree, const Placement& placement, LinkSet& links,
     }
   });
   for (const Link& link : crown_) crown_ends_.push_back(slots_.Of(tree, link.p, link.q));
+  leaf_of_.assign(count, kNoNode);
+  for (uint32_t i = 0; i < active.leaves.size(); ++i) {
+    leaf_of_[slots_.OfElement(active.leaves[i])] = i;
+  }
+  inheritance_.assign(active.leaves.size(), 1.0);
+  from_above_.resize(active.leaves.size());
+  cut_upward_.resize(placement.cut_size());
   value_.assign(count, Lanes{});
   sum_.assign(pool.thread_count(), std::vector<IntLanes>(count, IntLanes{}));
 }
 
 Status Product::Irradiance(std::span<const Lanes> radiosity, double bound, int lanes,
-                           std::span<Lanes> irradiance, LinkScope scope) {
+                           std::span<Lanes> irradiance, LinkScope scope,
+                           std::span<Lanes> inherited) {
   if (!(bound > 0)) {
     // Nothing radiates, here or anywhere.
     std::fill(irradiance.begin(), irradiance.end(), Lanes{});
@@ -220,7 +228,27 @@ Status Product::Irradiance(std::span<const Lanes> radiosity, double bound, int l
       irradiance[i][lane] = static_cast<double>(sums[i][lane]) * unit;
     }
   }
+  for (size_t i = 0; i < inherited.size(); ++i) {
+    for (int lane = 0; lane < 4; ++lane) {
+      inherited[i][lane] = static_cast<double>(from_above_[i][lane]) * unit;
+    }
+  }
   return {};
+}
+
+void Product::SetInheritance(std::span<const double> of_leaves) {
+  CHECK_EQ(of_leaves.size(), inheritance_.size());
+  std::copy(of_leaves.begin(), of_leaves.end(), inheritance_.begin());
+}
+
+// What an element gives to the radiosity of its parent.
+Lanes Product::Upward(uint32_t child) const {
+  if (placement_.InCrown(tree_.node(child).parent) && !placement_.InCrown(child)) {
+    return cut_upward_[placement_.CutOf(child)];
+  }
+  const uint32_t slot = slots_.OfElement(child);
+  const uint32_t leaf = leaf_of_[slot];
+  return leaf == kNoNode ? value_[slot] : value_[slot] * inheritance_[leaf];
 }
 
 // Radiosity of a cluster as seen from one direction: the mean over the area that faces it.
@@ -231,7 +259,7 @@ Lanes Product::PullCluster(uint32_t cluster, int direction) const {
       sum += tree_.facing().area_m2(child, direction) * value_[slots_.OfCluster(child, direction)];
     } else {
       const double cosine = tree_.facing().cosine(tree_.node(child).id.surface, direction);
-      sum += (tree_.area_m2(child) * cosine) * value_[slots_.OfElement(child)];
+      sum += (tree_.area_m2(child) * cosine) * Upward(child);
     }
   });
   return sum * inverse_area_[slots_.OfCluster(cluster, direction)];
@@ -275,11 +303,12 @@ Status Product::SendOwnValues(int lanes) {
     if (placement_.assignment().home[c] != placement_.self()) continue;
     const uint32_t node = placement_.cut_node(c);
     // The values of clusters are wanted by direction: they travel as proxies.
-    if (tree_.is_cluster(node)) {
-      cut.resize(cut.size() + static_cast<size_t>(lanes), 0.0);
-    } else {
-      pack(cut, slots_.OfElement(node));
+    Lanes upward{};
+    if (!tree_.is_cluster(node)) {
+      const uint32_t slot = slots_.OfElement(node);
+      upward = value_[slot] * (leaf_of_[slot] == kNoNode ? 1.0 : inheritance_[leaf_of_[slot]]);
     }
+    for (int lane = 0; lane < lanes; ++lane) cut.push_back(upward[lane]);
   }
   exported.reserve(active_.exported.size() * lanes);
   for (const uint32_t slot : active_.exported) pack(exported, slot);
@@ -305,10 +334,8 @@ Status Product::ReceiveOtherValues(int lanes) {
 
 void Product::PullCrown(std::span<const double> cut_values, int lanes) {
   for (uint32_t c = 0; c < placement_.cut_size(); ++c) {
-    const uint32_t node = placement_.cut_node(c);
-    if (tree_.is_cluster(node)) continue;
     for (int lane = 0; lane < lanes; ++lane) {
-      value_[slots_.OfElement(node)][lane] = cut_values[size_t{c} * lanes + lane];
+      cut_upward_[c][lane] = cut_values[size_t{c} * lanes + lane];
     }
   }
   const auto& crown = placement_.crown();
@@ -375,12 +402,19 @@ void Product::PushCluster(uint32_t cluster) {
         return;
       }
       const double cosine = tree_.facing().cosine(tree_.node(child).id.surface, d);
-      IntLanes& target = sum[slots_.OfElement(child)];
+      IntLanes& target = Inbox(child);
       for (int lane = 0; lane < 4; ++lane) {
         target[lane] += static_cast<int64_t>(cosine * static_cast<double>(whole[lane]));
       }
     });
   }
+}
+
+// Where a node puts what it hands down to an element: a leaf keeps it apart.
+IntLanes& Product::Inbox(uint32_t child) {
+  const uint32_t slot = slots_.OfElement(child);
+  const uint32_t leaf = leaf_of_[slot];
+  return leaf == kNoNode ? sum_[0][slot] : from_above_[leaf];
 }
 
 void Product::PushDown(std::array<Inherit, 4> inherit, std::span<IntLanes> sums) {
@@ -391,13 +425,19 @@ void Product::PushDown(std::array<Inherit, 4> inherit, std::span<IntLanes> sums)
     if (tree_.is_cluster(node)) return PushCluster(node);
     const IntLanes whole = sum[slots_.OfElement(node)];
     const IntLanes down = (half & (whole >> 1)) | (~half & whole);
-    tree_.ForEachChild(node, [&](uint32_t child) { sum[slots_.OfElement(child)] += down; });
+    tree_.ForEachChild(node, [&](uint32_t child) { Inbox(child) += down; });
   };
+  std::fill(from_above_.begin(), from_above_.end(), IntLanes{});
   for (const uint32_t node : placement_.crown()) push(node);
   size_t leaf = 0;
   for (size_t k = 0; k < active_.own.size(); ++k) {
     if (active_.is_leaf[k] != 0) {
-      sums[leaf++] = sum[slots_.OfElement(active_.own[k])];
+      IntLanes total = sum[slots_.OfElement(active_.own[k])];
+      for (int lane = 0; lane < 4; ++lane) {
+        total[lane] +=
+            static_cast<int64_t>(inheritance_[leaf] * static_cast<double>(from_above_[leaf][lane]));
+      }
+      sums[leaf++] = total;
     } else {
       push(active_.own[k]);
     }

@@ -60,9 +60,15 @@ class Product {
 
   // Irradiance (W/m²) at own leaves from the radiosity of all leaves, of which `radiosity` are our
   // own; `bound` is not less than any |radiosity| at any worker, and the same at all of them.
-  // Lanes beyond `lanes` are not exchanged and must be 0.
+  // Lanes beyond `lanes` are not exchanged and must be 0. `inherited` gets, where it is not empty,
+  // what the nodes above each leaf hand down to it, before its factor.
   Status Irradiance(std::span<const Lanes> radiosity, double bound, int lanes,
-                    std::span<Lanes> irradiance, LinkScope scope = LinkScope::kAll);
+                    std::span<Lanes> irradiance, LinkScope scope = LinkScope::kAll,
+                    std::span<Lanes> inherited = {});
+
+  // What own leaves take of all that arrives at the nodes above them, and, in equal measure, give
+  // to these nodes' radiosity: factors, 1 at first. See closure.h.
+  void SetInheritance(std::span<const double> of_leaves);
 
   // The same road with another kernel and integer results. kernel(link, ends, xp, xq, to_p, to_q)
   // gives what a link adds to its two ends, from the values at them: numbers below 2^51 in size,
@@ -87,6 +93,8 @@ class Product {
   void Pull(uint32_t node);
   Lanes PullCluster(uint32_t cluster, int direction) const;
   void PushCluster(uint32_t cluster);
+  Lanes Upward(uint32_t child) const;
+  IntLanes& Inbox(uint32_t child);
   void PullOwn(std::span<const Lanes> leaf_values);
   void PullCrown(std::span<const double> cut_values, int lanes);
   Status SendOwnValues(int lanes);
@@ -107,6 +115,10 @@ class Product {
   std::vector<double> inverse_area_;            // 1/m², by slot
   std::vector<Lanes> value_;                    // by slot
   std::vector<std::vector<IntLanes>> sum_;      // by thread, then slot
+  std::vector<uint32_t> leaf_of_;               // by slot: number of the own leaf, or kNoNode
+  std::vector<double> inheritance_;             // by own leaf
+  std::vector<IntLanes> from_above_;            // by own leaf
+  std::vector<Lanes> cut_upward_;               // what the cut's nodes give to those above
   uint32_t products_ = 0;
   double wait_s_ = 0;
 };

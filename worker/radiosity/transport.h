@@ -18,8 +18,9 @@ namespace isolux {
 struct LeafSystem {
   std::vector<double> area_m2;
   std::vector<Lanes> reflectance;
-  std::vector<Lanes> exitance;  // W/m²
-  std::vector<double> closure;  // factor d of the symmetric closure D C D
+  std::vector<Lanes> exitance;      // W/m²
+  std::vector<double> closure;      // factor d of the symmetric closure D C D
+  std::vector<double> inheritance;  // factor of what comes from the nodes above
 
   size_t size() const { return area_m2.size(); }
 };
