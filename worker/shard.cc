@@ -160,7 +160,8 @@ LeafSystem Shard::Impl::MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lan
     leaves.reflectance.push_back(lanes(surface.reflectance));
     leaves.exitance.push_back(lanes(surface.exitance));
     leaves.closure.push_back(record.closure);
-    leaves.inheritance.push_back(record.inheritance);
+    // What the leaf above had for its own is inherited now.
+    leaves.inheritance.push_back(record.id == tree.node(node).id ? record.inheritance : 1.0);
     start->push_back(lanes(record.irradiance));
     old_leaf->push_back(static_cast<uint32_t>(&record - snapshot.leaves.data()));
   }

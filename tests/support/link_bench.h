@@ -46,6 +46,7 @@ struct LinkBench {
       system.exitance.push_back(
           Lanes{surface.exitance.x, surface.exitance.y, surface.exitance.z, 0});
       system.closure.push_back(1);
+      system.inheritance.push_back(1);
     }
   }
 

@@ -13,7 +13,7 @@ constexpr double kLeast = 1e-3, kMost = 2.0;
 constexpr double kSmallestStep = 0.5, kLargestStep = 1.25;
 // Of what is inherited. A leaf in a corner that its parent's links know nothing of may inherit next
 // to nothing.
-constexpr double kLeastInherited = 1.0 / 64, kMostInherited = 4.0;
+constexpr double kLeastInherited = 1.0 / 64;
 // The factors of what is inherited need no more than this: the others do the rest.
 constexpr double kInheritanceTolerance = 0.01;
 
@@ -33,7 +33,8 @@ class Closer {
   Result<double> Measure() {
     product_.SetInheritance(leaves_.inheritance);
     for (size_t i = 0; i < leaves_.size(); ++i) radiosity_[i] = Lanes{leaves_.closure[i], 0, 0, 0};
-    RETURN_IF_ERROR(product_.Irradiance(radiosity_, kMost, 1, row_, LinkScope::kAll, inherited_));
+    RETURN_IF_ERROR(product_.Irradiance(radiosity_, kMost * kMostInheritance, 1, row_,
+                                        LinkScope::kAll, inherited_));
     ++products_;
     Reduction reduction;
     reduction.maxima = {0};
@@ -48,33 +49,42 @@ class Closer {
     return total.maxima[0];
   }
 
+  // Leaves that can be closed by what they inherit are, others by all their links.
   void ScaleInheritance() {
     for (size_t i = 0; i < leaves_.size(); ++i) {
-      const double row = Row(i);
-      double& factor = leaves_.inheritance[i];
-      const double from_above = leaves_.closure[i] * factor * inherited_[i][0];
-      if (!(from_above > 0)) continue;
-      // What should come from above, over what does; half of it by taking, half by giving.
-      const double wanted = Target(i, row) - (row - from_above);
-      const double step = std::sqrt(std::max(wanted, 0.0) / from_above);
-      factor = std::clamp(factor * std::clamp(step, kSmallestStep, kLargestStep), kLeastInherited,
-                          kMostInherited);
+      if (!ScaleInherited(i)) ScaleAll(i);
     }
   }
 
   void ScaleAll() {
-    for (size_t i = 0; i < leaves_.size(); ++i) {
-      const double row = Row(i);
-      if (!(row > 0)) continue;
-      const double step = std::sqrt(Target(i, row) / row);
-      leaves_.closure[i] = std::clamp(
-          leaves_.closure[i] * std::clamp(step, kSmallestStep, kLargestStep), kLeast, kMost);
-    }
+    for (size_t i = 0; i < leaves_.size(); ++i) ScaleAll(i);
   }
 
   uint32_t products() const { return products_; }
 
  private:
+  // False where the factor is at one of its ends.
+  bool ScaleInherited(size_t i) {
+    const double row = Row(i);
+    double& factor = leaves_.inheritance[i];
+    const double from_above = leaves_.closure[i] * factor * inherited_[i][0];
+    if (!(from_above > 0)) return false;
+    // What should come from above, over what does; half of it by taking, half by giving.
+    const double wanted = Target(i, row) - (row - from_above);
+    const double step = std::sqrt(std::max(wanted, 0.0) / from_above);
+    const double next = factor * std::clamp(step, kSmallestStep, kLargestStep);
+    factor = std::clamp(next, kLeastInherited, kMostInheritance);
+    return factor == next;
+  }
+
+  void ScaleAll(size_t i) {
+    const double row = Row(i);
+    if (!(row > 0)) return;
+    const double step = std::sqrt(Target(i, row) / row);
+    leaves_.closure[i] = std::clamp(
+        leaves_.closure[i] * std::clamp(step, kSmallestStep, kLargestStep), kLeast, kMost);
+  }
+
   double Row(size_t i) const { return leaves_.closure[i] * row_[i][0]; }
   double Target(size_t i, double row) const {
     return std::clamp(row, bounds_[i].low, std::max(bounds_[i].low, bounds_[i].high));

@@ -288,8 +288,7 @@ void Product::Pull(uint32_t node) {
     return;
   }
   Lanes sum{};
-  tree_.ForEachChild(
-      node, [&](uint32_t child) { sum += value_[slots_.OfElement(child)] * tree_.area_m2(child); });
+  tree_.ForEachChild(node, [&](uint32_t child) { sum += Upward(child) * tree_.area_m2(child); });
   const uint32_t slot = slots_.OfElement(node);
   value_[slot] = sum * inverse_area_[slot];
 }

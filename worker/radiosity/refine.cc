@@ -62,7 +62,7 @@ double ClusterBound(const Tree& tree, uint32_t p, uint32_t q) {
 }
 
 // Coupling of two nodes of which one is a cluster, from centre to centre, with the areas that face
-// each other: S_p S_q/(π d²).
+// each other: S_p S_q/(π d² + the larger).
 double ClusterCoupling(const Tree& tree, uint32_t p, uint32_t q) {
   const Vec3 d = tree.centre(q) - tree.centre(p);
   const double distance2 = glm::dot(d, d);
@@ -75,8 +75,8 @@ double ClusterCoupling(const Tree& tree, uint32_t p, uint32_t q) {
                      std::sqrt(distance2);
   };
   const double seen_p = facing(p, direction, 1), seen_q = facing(q, direction ^ 1, -1);
-  // Neither can receive more than the other sends, however near they are.
-  return std::min({seen_p * seen_q / (std::numbers::pi * distance2), seen_p, seen_q});
+  // As of a disk of the larger's area: neither receives more than the other sends, however near.
+  return seen_p * seen_q / (std::numbers::pi * distance2 + std::max(seen_p, seen_q));
 }
 
 double SizeOf(const Tree& tree, uint32_t node) {

@@ -1,12 +1,14 @@
 #include "worker/radiosity/transport.h"
 
+#include "worker/radiosity/closure.h"
+
 namespace isolux {
 namespace {
 
 constexpr int kChannels = 3;
 
 // The largest number of a lane beyond which closure may enlarge a radiosity.
-constexpr double kClosureHeadroom = 4.0;
+constexpr double kClosureHeadroom = 4.0 * kMostInheritance;
 
 }  // namespace
 

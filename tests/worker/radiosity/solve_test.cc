@@ -49,6 +49,24 @@ TEST(Product, IsSymmetric) {
   }
 }
 
+TEST(Product, IsSymmetricWhateverLeavesInherit) {
+  for (uint64_t seed = 1; seed <= 5; ++seed) {
+    Bench bench(testing::RandomRoom(seed, 4), 1e-2);
+    Random random(seed);
+    std::vector<double> inheritance(bench.system.size());
+    for (double& factor : inheritance) factor = 0.25 + 0.75 * random.Unit();
+    bench.product->SetInheritance(inheritance);
+    const auto x = bench.RandomValues(2 * seed), y = bench.RandomValues(2 * seed + 1);
+    const auto kx = bench.Irradiance(x), ky = bench.Irradiance(y);
+    Lanes xky{}, ykx{};
+    for (size_t i = 0; i < x.size(); ++i) {
+      xky += bench.system.area_m2[i] * x[i] * ky[i];
+      ykx += bench.system.area_m2[i] * y[i] * kx[i];
+    }
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(xky[c], ykx[c], 1e-12 * xky[c]) << "seed " << seed;
+  }
+}
+
 TEST(Product, HasTheSameBitsForAnyNumberOfThreads) {
   Bench one(testing::CornellBox(true), 1e-3, 1), three(testing::CornellBox(true), 1e-3, 3);
   const auto x = one.RandomValues(9);
@@ -73,9 +91,8 @@ TEST(Product, ReturnsAllThatAClosedRoomIsGiven) {
 
 TEST(Closure, BringsRowsOfAClosedRoomToTheirArea) {
   Bench bench(testing::FurnaceCube(0.5, 1), 1e-3);
-  const std::vector<uint8_t> closed(bench.system.size(), 1);
-  const auto summary =
-      Close(*bench.product, bench.system, closed, 1e-4, kLargestOpenRow, bench.exchange);
+  const std::vector<RowBounds> closed(bench.system.size(), {1, 1});
+  const auto summary = Close(*bench.product, bench.system, closed, 1e-4, bench.exchange);
   ASSERT_TRUE(summary.has_value());
   EXPECT_GT(summary->worst_before, 0.01);
   EXPECT_LE(summary->worst_after, 1e-4);
