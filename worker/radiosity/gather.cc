@@ -17,6 +17,9 @@ namespace {
 constexpr int kMostRays = 64;  // from one point to one source
 // Points lie so far inside their element, so that none is on an edge or in a contact.
 constexpr double kInside = 1e-5;
+// And this many times what rays cannot tell apart, lest a sheet that stands on the edge be taken
+// for the point itself.
+constexpr double kInsideNoise = 3;
 
 // A corner of an element, where irradiance is wanted.
 struct Place {
@@ -202,7 +205,11 @@ struct Gatherer::Impl {
       const Vec3 centre = polygon.Centroid();
       for (int k = 0; k < polygon.count; ++k) {
         if (!corners.empty() && (corners[e] >> k & 1) == 0) continue;
-        places.push_back({polygon.v[k] + kInside * (centre - polygon.v[k]),
+        const Vec3 inward = centre - polygon.v[k];
+        const double length = std::max(glm::length(inward), 1e-300);
+        const double share =
+            std::clamp(kInsideNoise * rays.coordinate_noise_m() / length, kInside, 0.25);
+        places.push_back({polygon.v[k] + share * inward,
                           Hash(elements[e].path, elements[e].surface, static_cast<uint64_t>(k)),
                           sums + 12 * e + 3 * k});
       }

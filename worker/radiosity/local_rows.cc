@@ -10,6 +10,7 @@ namespace {
 struct Share {
   uint32_t node = 0;
   double of_coupling = 0;
+  bool inherited = false;  // by a surface from its cluster
 };
 
 // An element is its own whole; a cluster is taken apart into its surfaces, as they face the slot's
@@ -19,7 +20,7 @@ void AddShares(const Tree& tree, uint32_t node, int direction, double inverse_ar
   tree.ForEachChild(node, [&](uint32_t child) {
     if (tree.is_cluster(child)) return AddShares(tree, child, direction, inverse_area, shares);
     const double cosine = tree.facing().cosine(tree.node(child).id.surface, direction);
-    if (cosine > 0) shares.push_back({child, tree.area_m2(child) * cosine * inverse_area});
+    if (cosine > 0) shares.push_back({child, tree.area_m2(child) * cosine * inverse_area, true});
   });
 }
 
@@ -35,7 +36,8 @@ std::vector<Share> SharesOf(const Tree& tree, const Slots& slots, uint32_t slot)
 
 }  // namespace
 
-LocalRows::LocalRows(const Tree& tree, const ActiveNodes& active, std::span<const Link> links) {
+LocalRows::LocalRows(const Tree& tree, const ActiveNodes& active, std::span<const Link> links,
+                     std::span<const double> inheritance) {
   std::vector<uint32_t> row_of(tree.size(), kNone);
   for (size_t k = 0; k < active.own.size(); ++k) {
     const uint32_t node = active.own[k];
@@ -49,7 +51,10 @@ LocalRows::LocalRows(const Tree& tree, const ActiveNodes& active, std::span<cons
     row.is_leaf = active.is_leaf[k] != 0;
     row.first_leaf = static_cast<uint32_t>(row_of_leaf_.size());
     row.last_leaf = row.first_leaf + (row.is_leaf ? 1 : 0);
-    if (row.is_leaf) row_of_leaf_.push_back(row_of[node]);
+    if (row.is_leaf) {
+      row.inheritance = inheritance[row.first_leaf];
+      row_of_leaf_.push_back(row_of[node]);
+    }
     rows_.push_back(row);
   }
   const size_t n = rows_.size();
@@ -69,7 +74,11 @@ LocalRows::LocalRows(const Tree& tree, const ActiveNodes& active, std::span<cons
         for (const Share& q : at_q) {
           const uint32_t a = row_of[p.node], b = row_of[q.node];
           CHECK(a != kNone && b != kNone);
-          body(a, b, link.coupling_m2() * p.of_coupling * q.of_coupling);
+          // Surfaces that are leaves take and give what their factor says; below others, the rows
+          // do.
+          const double taken = (p.inherited ? rows_[a].inheritance : 1.0) *
+                               (q.inherited ? rows_[b].inheritance : 1.0);
+          body(a, b, link.coupling_m2() * p.of_coupling * q.of_coupling * taken);
         }
       }
     }
@@ -97,7 +106,7 @@ void LocalRows::Sweep(std::span<Lanes> values, const Update& update) {
   for (size_t k = n; k-- > 0;) {
     const Row& row = rows_[k];
     value_[k] = row.is_leaf ? values[row.first_leaf] : sum_[k] * row.inverse_area;
-    if (row.parent != kNone) sum_[row.parent] += value_[k] * row.area_m2;
+    if (row.parent != kNone) sum_[row.parent] += value_[k] * (row.area_m2 * row.inheritance);
   }
   std::fill(sum_.begin(), sum_.end(), Lanes{});
   // A node's value is brought up to date once all below it are through.
@@ -106,12 +115,14 @@ void LocalRows::Sweep(std::span<Lanes> values, const Update& update) {
     const uint32_t k = open.back();
     open.pop_back();
     if (!rows_[k].is_leaf) value_[k] = sum_[k] * rows_[k].inverse_area;
-    if (rows_[k].parent != kNone) sum_[rows_[k].parent] += value_[k] * rows_[k].area_m2;
+    if (rows_[k].parent != kNone) {
+      sum_[rows_[k].parent] += value_[k] * (rows_[k].area_m2 * rows_[k].inheritance);
+    }
   };
   for (uint32_t k = 0; k < n; ++k) {
     const Row& row = rows_[k];
     while (!open.empty() && open.back() != row.parent) close();
-    Lanes arriving = row.parent == kNone ? Lanes{} : arriving_[row.parent];
+    Lanes arriving = row.parent == kNone ? Lanes{} : arriving_[row.parent] * row.inheritance;
     for (const Coupling& c : CouplingsOf(k)) {
       arriving += value_[c.other] * (c.coupling_m2 * row.inverse_area);
     }
@@ -123,12 +134,20 @@ void LocalRows::Sweep(std::span<Lanes> values, const Update& update) {
 }
 
 void LocalRows::Shoot(size_t leaf, const Lanes& value, const Add& add) const {
-  const double area = rows_[row_of_leaf_[leaf]].area_m2;
+  const Row& from = rows_[row_of_leaf_[leaf]];
   for (uint32_t k = row_of_leaf_[leaf]; k != kNone; k = rows_[k].parent) {
-    const Lanes mean = value * (area * rows_[k].inverse_area);
+    const double share = rows_[k].is_leaf ? 1 : from.inheritance;
+    const Lanes mean = value * (share * from.area_m2 * rows_[k].inverse_area);
     for (const Coupling& c : CouplingsOf(k)) {
       const Row& other = rows_[c.other];
-      add(other.first_leaf, other.last_leaf, mean * (c.coupling_m2 * other.inverse_area));
+      const Lanes arriving = mean * (c.coupling_m2 * other.inverse_area);
+      if (other.is_leaf) {
+        add(other.first_leaf, arriving);
+        continue;
+      }
+      for (size_t i = other.first_leaf; i < other.last_leaf; ++i) {
+        add(i, arriving * rows_[row_of_leaf_[i]].inheritance);
+      }
     }
   }
 }

@@ -15,8 +15,9 @@ namespace isolux {
 
 class LocalRows {
  public:
-  // All outlive it.
-  LocalRows(const Tree& tree, const ActiveNodes& active, std::span<const Link> links);
+  // inheritance: of own leaves, as LeafSystem has it.
+  LocalRows(const Tree& tree, const ActiveNodes& active, std::span<const Link> links,
+            std::span<const double> inheritance);
 
   // Goes through the leaves in order: value[i] = update(i, arriving), where `arriving` is what the
   // links bring to the leaf from the values as they are by then. A node's links are read once, when
@@ -25,9 +26,9 @@ class LocalRows {
   using Update = std::function<Lanes(size_t leaf, const Lanes& arriving)>;
   void Sweep(std::span<Lanes> values, const Update& update);
 
-  // Calls add(begin, end, arriving) for ranges of leaves: what arrives when one leaf alone has a
-  // value. Touches all leaves that see it.
-  using Add = std::function<void(size_t begin, size_t end, const Lanes& arriving)>;
+  // Calls add(leaf, arriving), for all leaves that see it, once or more: what arrives when one leaf
+  // alone has a value.
+  using Add = std::function<void(size_t leaf, const Lanes& arriving)>;
   void Shoot(size_t leaf, const Lanes& value, const Add& add) const;
 
  private:
@@ -38,6 +39,7 @@ class LocalRows {
     uint32_t first_leaf = 0, last_leaf = 0;  // of those at or below, end exclusive
     uint32_t first_coupling = 0;             // to the first of the next row
     double area_m2 = 0, inverse_area = 0;    // m², 1/m²
+    double inheritance = 1;                  // of a leaf: LeafSystem::inheritance
     bool is_leaf = false;
   };
   struct Coupling {

@@ -128,6 +128,8 @@ RayScene::RayScene(const Hierarchy& hierarchy) : impl_(std::make_unique<Impl>())
   rtcCommitScene(impl_->scene);
 }
 
+double RayScene::coordinate_noise_m() const { return impl_->coordinate_noise_m; }
+
 RayScene::~RayScene() {
   rtcReleaseScene(impl_->scene);
   rtcReleaseDevice(impl_->device);

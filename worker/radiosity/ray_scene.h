@@ -39,6 +39,10 @@ class RayScene {
   explicit RayScene(const Hierarchy& hierarchy);
   ~RayScene();
 
+  // What rounding leaves of coordinates in single precision: hits so near an end of a segment do not
+  // count.
+  double coordinate_noise_m() const;
+
   // Bit i is set where segment i < count is free of obstacles. count ≤ 8.
   uint32_t Visible(const std::array<Segment, kPacket>& segments, int count) const;
 

@@ -11,6 +11,8 @@ namespace {
 
 // Sweeps before the ratio of two changes is believed.
 constexpr uint32_t kSettling = 3;
+// Sweeps in a row that change more than the one before: a warm start may have a few.
+constexpr int kMostGrowing = 8;
 
 }  // namespace
 
@@ -21,9 +23,9 @@ Result<SolverResult> GaussSeidel(const Problem& problem) {
   SolverResult result;
   Lanes change_w{};
   std::array<double, kChannels> rate{};
-  bool diverges = false;
+  int growing = 0;
   bool done = stopping.Done(problem.emitted_w, rate, false);  // where nothing emits
-  while (!done && !diverges && result.products + 1 < problem.options.max_products) {
+  while (!done && growing < kMostGrowing && result.products + 1 < problem.options.max_products) {
     double bound = 0;
     for (Lanes& b : radiosity) {
       b[3] = 0;
@@ -46,17 +48,19 @@ Result<SolverResult> GaussSeidel(const Problem& problem) {
     // change · q/(1 − q) when each is q times the one before.
     ASSIGN_OR_RETURN(sums, ReduceSums(problem.exchange, {change}, 0, &bound));
     Lanes left_w{};
+    bool grows = false;
     for (int c = 0; c < kChannels; ++c) {
       if (stopping.done(c)) continue;
       if (result.iterations > 1 && change_w[c] > 0) rate[c] = sums[0][c] / change_w[c];
-      diverges |= result.iterations > kSettling && !(rate[c] <= kLargestEigenvalue);
+      grows |= result.iterations > kSettling && !(rate[c] <= kLargestEigenvalue);
       left_w[c] = sums[0][c] * (result.iterations > 1 ? std::min(rate[c], 1.0) : 1.0);
     }
+    growing = grows ? growing + 1 : 0;
     change_w = sums[0];
     done = stopping.Done(left_w, rate, result.iterations >= kSettling);
   }
   RETURN_IF_ERROR(Finish(problem, std::move(radiosity), &result));
-  result.indefinite = diverges;
+  result.indefinite = growing >= kMostGrowing;
   SetEigenvalue(rate, &result);
   return result;
 }

@@ -34,7 +34,8 @@ Status LinkTransport::IrradianceFromOthers(std::span<const Lanes> radiosity, dou
 
 LocalRows& LinkTransport::rows() {
   if (rows_ == nullptr) {
-    rows_ = std::make_unique<LocalRows>(product_.tree(), product_.active(), product_.local_links());
+    rows_ = std::make_unique<LocalRows>(product_.tree(), product_.active(), product_.local_links(),
+                                        leaves_.inheritance);
   }
   return *rows_;
 }
@@ -50,11 +51,9 @@ void LinkTransport::Sweep(std::span<Lanes> radiosity, std::span<const Lanes> fro
 }
 
 void LinkTransport::Shoot(size_t leaf, const Lanes& radiosity, std::span<Lanes> irradiance) {
-  rows().Shoot(leaf, radiosity * leaves_.closure[leaf],
-               [&](size_t begin, size_t end, const Lanes& arriving) {
-                 for (size_t i = begin; i < end; ++i)
-                   irradiance[i] += arriving * leaves_.closure[i];
-               });
+  rows().Shoot(leaf, radiosity * leaves_.closure[leaf], [&](size_t i, const Lanes& arriving) {
+    irradiance[i] += arriving * leaves_.closure[i];
+  });
 }
 
 }  // namespace isolux
