@@ -28,7 +28,8 @@ Rgb Wavy(uint32_t surface, const Vec3& p) {
 
 // Corners by value of a field, as a gather gives them.
 GatherFunction Gatherer(const Hierarchy& hierarchy, FieldFunction field) {
-  return [&hierarchy, field](const std::vector<NodeId>& ids) -> Result<std::vector<double>> {
+  return [&hierarchy, field](const std::vector<NodeId>& ids,
+                             const std::vector<uint8_t>&) -> Result<std::vector<double>> {
     std::vector<double> values(12 * ids.size(), 0.0);
     EXPECT_TRUE(std::is_sorted(ids.begin(), ids.end()));
     for (size_t i = 0; i < ids.size(); ++i) {
@@ -277,11 +278,11 @@ TEST(OutputMesh, TheOrderAndGroupingOfTheGatherDoNotMatter) {
   const Snapshot snapshot = RandomLeaves(hierarchy, 11, 5, Wavy);
   const GatherFunction plain = Gatherer(hierarchy, Wavy);
   // One element at a time, last to first.
-  const GatherFunction shuffled =
-      [&](const std::vector<NodeId>& ids) -> Result<std::vector<double>> {
+  const GatherFunction shuffled = [&](const std::vector<NodeId>& ids,
+                                      const std::vector<uint8_t>&) -> Result<std::vector<double>> {
     std::vector<double> values(12 * ids.size());
     for (size_t i = ids.size(); i-- > 0;) {
-      ASSIGN_OR_RETURN(const std::vector<double> one, plain({ids[i]}));
+      ASSIGN_OR_RETURN(const std::vector<double> one, plain({ids[i]}, {15}));
       std::copy(one.begin(), one.end(), values.begin() + static_cast<std::ptrdiff_t>(12 * i));
     }
     return values;
@@ -333,17 +334,18 @@ TEST(OutputMesh, BadGathersGiveNoNonsense) {
   for (const PatchVertex& v : file.vertices) {
     for (const float h : v.irradiance) EXPECT_TRUE(std::isfinite(h) && h >= 0);
   }
-  const auto failed =
-      BuildOutputMesh(hierarchy, snapshot, Options(0.1, 4),
-                      [](const std::vector<NodeId>&) -> Result<std::vector<double>> {
-                        return Error(StatusCode::kUnavailable, "worker lost");
-                      });
+  const auto failed = BuildOutputMesh(
+      hierarchy, snapshot, Options(0.1, 4),
+      [](const std::vector<NodeId>&, const std::vector<uint8_t>&) -> Result<std::vector<double>> {
+        return Error(StatusCode::kUnavailable, "worker lost");
+      });
   ASSERT_FALSE(failed.has_value());
   EXPECT_EQ(failed.error().code(), StatusCode::kUnavailable);
-  EXPECT_FALSE(
-      BuildOutputMesh(hierarchy, snapshot, Options(0.1, 4), [](const std::vector<NodeId>&) {
-        return Result<std::vector<double>>(std::vector<double>(5));
-      }).has_value());
+  EXPECT_FALSE(BuildOutputMesh(hierarchy, snapshot, Options(0.1, 4),
+                               [](const std::vector<NodeId>&, const std::vector<uint8_t>&) {
+                                 return Result<std::vector<double>>(std::vector<double>(5));
+                               })
+                   .has_value());
 }
 
 }  // namespace

@@ -131,7 +131,7 @@ std::vector<Case> MakeCases(uint64_t seed) {
       MakeCase("Reassign", Reassign{RandomAssignment(random)}),
       MakeCase("Parcels", parcels),
       MakeCase("Absorb", Absorb{{"one", "", "three"}}),
-      MakeCase("Gather", GatherRequest{RandomElements(random, 30), 0.1}),
+      MakeCase("Gather", GatherRequest{RandomElements(random, 30), 0.1, std::vector<uint8_t>(30, 5)}),
       MakeCase("GatherPart", GatherPart{-12, RandomNumbers<int64_t>(random, 24), 5, 0.25}),
       MakeCase("EndJob", EndJob{9}),
       MakeCase("Failed", Failed{Status(StatusCode::kInternal, "what went wrong")}),
@@ -212,7 +212,7 @@ TEST(ProtocolTest, RefusesWhatTheReceiverCouldNotUse) {
   EXPECT_FALSE(DecodeMessage<SubscribeReply>(Encode(SubscribeReply{{a, a}})).has_value());
   EXPECT_FALSE(DecodeMessage<SubscribeReply>(Encode(SubscribeReply{{NodeId{1, 0}}})).has_value());
   EXPECT_FALSE(
-      DecodeMessage<GatherRequest>(Encode(GatherRequest{{NodeId{NodeId::kCluster, 0}}, 0.1}))
+      DecodeMessage<GatherRequest>(Encode(GatherRequest{{NodeId{NodeId::kCluster, 0}}, 0.1, {}}))
           .has_value());
 }
 
