@@ -1,7 +1,9 @@
 // Names of the nodes of the hierarchy, the same in every process.
 //
 //   element  (surface, path)   path 1 is the whole surface; children of path n are 2n and 2n+1
-//   cluster  (kCluster, n)     n: number of the cluster in the hierarchy, the root is 0
+//   cluster  (kCluster, n)     n: number of the cluster in the hierarchy, the root is 0; where the
+//                              value of a cluster is meant, as it is seen from one of kDirections,
+//                              the direction stands in the high half
 #pragma once
 
 #include <bit>
@@ -26,6 +28,8 @@ struct NodeId {
 };
 
 inline constexpr int kMaxLevel = 60;  // elements are never split below this level
+inline constexpr int kDirections =
+    14;  // that clusters are told apart by: worker/radiosity/cluster_facing.h
 
 // Whether `ancestor` is `node` or lies above it; both elements of a surface.
 inline bool Contains(const NodeId& ancestor, const NodeId& node) {

@@ -32,7 +32,7 @@ Status FromProto(const v1::NodeIds& message, const char* what, std::vector<NodeI
   for (size_t i = 0; i < ids->size(); ++i) {
     const NodeId id{surfaces[i], paths[i]};
     const bool exists =
-        id.is_cluster() ? id.path < NodeId::kCluster : id.path != 0 && id.level() <= kMaxLevel;
+        id.is_cluster() ? (id.path >> 32) < kDirections : id.path != 0 && id.level() <= kMaxLevel;
     if (!exists) return Malformed(what, "an id that no node has");
     if (i > 0 && !((*ids)[i - 1] < id)) return Malformed(what, "ids out of order");
     (*ids)[i] = id;

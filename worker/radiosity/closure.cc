@@ -6,14 +6,14 @@
 namespace isolux {
 namespace {
 
-constexpr uint32_t kMostProducts = 20, kMostInheritanceProducts = 12;
+constexpr uint32_t kMostProducts = 20, kMostInheritedProducts = 12;
 // Of a factor. Above the most, a link is missing; the least only guards against nonsense.
 constexpr double kLeast = 1e-3, kMost = 2.0;
 // Of one step: larger ones overshoot where neighbours are scaled too.
 constexpr double kSmallestStep = 0.5, kLargestStep = 1.25;
 // Of what is inherited. A leaf in a corner that its parent's links know nothing of may inherit next
 // to nothing.
-constexpr double kLeastInherited = 1.0 / 64;
+constexpr double kLeastInherited = 1.0 / 64, kMostInherited = 8;
 // The factors of what is inherited need no more than this: the others do the rest.
 constexpr double kInheritanceTolerance = 0.01;
 
@@ -31,10 +31,9 @@ class Closer {
 
   // Rows with the factors of now, and how far the worst of all workers is from its bounds.
   Result<double> Measure() {
-    product_.SetInheritance(leaves_.inheritance);
+    RETURN_IF_ERROR(product_.SetInheritance(leaves_.inheritance));
     for (size_t i = 0; i < leaves_.size(); ++i) radiosity_[i] = Lanes{leaves_.closure[i], 0, 0, 0};
-    RETURN_IF_ERROR(product_.Irradiance(radiosity_, kMost * kMostInheritance, 1, row_,
-                                        LinkScope::kAll, inherited_));
+    RETURN_IF_ERROR(product_.Irradiance(radiosity_, kMost, 1, row_, LinkScope::kAll, inherited_));
     ++products_;
     Reduction reduction;
     reduction.maxima = {0};
@@ -73,7 +72,7 @@ class Closer {
     const double wanted = Target(i, row) - (row - from_above);
     const double step = std::sqrt(std::max(wanted, 0.0) / from_above);
     const double next = factor * std::clamp(step, kSmallestStep, kLargestStep);
-    factor = std::clamp(next, kLeastInherited, kMostInheritance);
+    factor = std::clamp(next, kLeastInherited, kMostInherited);
     return factor == next;
   }
 
@@ -110,8 +109,7 @@ Result<ClosureSummary> Close(Product& product, LeafSystem& leaves,
     summary.products = closer.products();
     if (summary.products == 1) summary.worst_before = summary.worst_after;
     if (summary.worst_after <= tolerance || summary.products >= kMostProducts) return summary;
-    if (summary.products < kMostInheritanceProducts &&
-        summary.worst_after > kInheritanceTolerance) {
+    if (summary.products < kMostInheritedProducts && summary.worst_after > kInheritanceTolerance) {
       closer.ScaleInheritance();
     } else {
       closer.ScaleAll();

@@ -14,9 +14,6 @@ struct RowBounds {
   double low = 0, high = 1;
 };
 
-// Of LeafSystem::inheritance: pulled values are at most so many times those of the leaves.
-inline constexpr double kMostInheritance = 4.0;
-
 struct ClosureSummary {
   uint32_t products = 0;
   double worst_before =

@@ -16,8 +16,6 @@
 
 namespace isolux {
 
-inline constexpr int kDirections = 14;
-
 // Unit vectors; those of d and d ^ 1 are opposite.
 const std::array<Vec3, kDirections>& Directions();
 

@@ -204,6 +204,7 @@ Product::Product(const Tree& tree, const Placement& placement, LinkSet& links,
 Status Product::Irradiance(std::span<const Lanes> radiosity, double bound, int lanes,
                            std::span<Lanes> irradiance, LinkScope scope,
                            std::span<Lanes> inherited) {
+  bound *= gain_;
   if (!(bound > 0)) {
     // Nothing radiates, here or anywhere.
     std::fill(irradiance.begin(), irradiance.end(), Lanes{});
@@ -236,9 +237,34 @@ Status Product::Irradiance(std::span<const Lanes> radiosity, double bound, int l
   return {};
 }
 
-void Product::SetInheritance(std::span<const double> of_leaves) {
+Status Product::SetInheritance(std::span<const double> of_leaves) {
   CHECK_EQ(of_leaves.size(), inheritance_.size());
   std::copy(of_leaves.begin(), of_leaves.end(), inheritance_.begin());
+  PullOwn(std::vector<Lanes>(leaf_count(), Splat(1.0)));
+  Reduction reduction;
+  reduction.maxima = {1};
+  const auto take = [&](uint32_t slot) {
+    reduction.maxima[0] = std::max(reduction.maxima[0], value_[slot][0]);
+  };
+  for (const uint32_t node : active_.own) {
+    if (!tree_.is_cluster(node)) {
+      take(slots_.OfElement(node));
+      continue;
+    }
+    for (int d = 0; d < kDirections; ++d) {
+      if ((active_.directions[node] >> d & 1) != 0) take(slots_.OfCluster(node, d));
+    }
+  }
+  // Those of the crown are means of what the cut's nodes give.
+  for (uint32_t k = 0; k < placement_.cut_size(); ++k) {
+    const uint32_t node = placement_.cut_node(k);
+    if (tree_.is_cluster(node) || placement_.assignment().home[k] != placement_.self()) continue;
+    const uint32_t leaf = leaf_of_[slots_.OfElement(node)];
+    if (leaf != kNoNode) reduction.maxima[0] = std::max(reduction.maxima[0], inheritance_[leaf]);
+  }
+  ASSIGN_OR_RETURN(const Reduction total, exchange_.Reduce(std::move(reduction)));
+  gain_ = total.maxima[0];
+  return {};
 }
 
 // What an element gives to the radiosity of its parent.

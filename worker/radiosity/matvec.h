@@ -68,7 +68,7 @@ class Product {
 
   // What own leaves take of all that arrives at the nodes above them, and, in equal measure, give
   // to these nodes' radiosity: factors, 1 at first. See closure.h.
-  void SetInheritance(std::span<const double> of_leaves);
+  Status SetInheritance(std::span<const double> of_leaves);
 
   // The same road with another kernel and integer results. kernel(link, ends, xp, xq, to_p, to_q)
   // gives what a link adds to its two ends, from the values at them: numbers below 2^51 in size,
@@ -117,8 +117,9 @@ class Product {
   std::vector<std::vector<IntLanes>> sum_;      // by thread, then slot
   std::vector<uint32_t> leaf_of_;               // by slot: number of the own leaf, or kNoNode
   std::vector<double> inheritance_;             // by own leaf
-  std::vector<IntLanes> from_above_;            // by own leaf
-  std::vector<Lanes> cut_upward_;               // what the cut's nodes give to those above
+  double gain_ = 1;  // no node's value is more than this times the largest of a leaf
+  std::vector<IntLanes> from_above_;  // by own leaf
+  std::vector<Lanes> cut_upward_;     // what the cut's nodes give to those above
   uint32_t products_ = 0;
   double wait_s_ = 0;
 };

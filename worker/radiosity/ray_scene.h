@@ -39,8 +39,8 @@ class RayScene {
   explicit RayScene(const Hierarchy& hierarchy);
   ~RayScene();
 
-  // What rounding leaves of coordinates in single precision: hits so near an end of a segment do not
-  // count.
+  // What rounding leaves of coordinates in single precision: hits so near an end of a segment do
+  // not count.
   double coordinate_noise_m() const;
 
   // Bit i is set where segment i < count is free of obstacles. count ≤ 8.

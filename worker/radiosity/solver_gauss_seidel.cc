@@ -11,6 +11,8 @@ namespace {
 
 // Sweeps before the ratio of two changes is believed.
 constexpr uint32_t kSettling = 3;
+// By which what single sweeps leave may be more than it seems: what crosses between workers lags.
+constexpr double kScatter = 4;
 // Sweeps in a row that change more than the one before: a warm start may have a few.
 constexpr int kMostGrowing = 8;
 
@@ -53,7 +55,7 @@ Result<SolverResult> GaussSeidel(const Problem& problem) {
       if (stopping.done(c)) continue;
       if (result.iterations > 1 && change_w[c] > 0) rate[c] = sums[0][c] / change_w[c];
       grows |= result.iterations > kSettling && !(rate[c] <= kLargestEigenvalue);
-      left_w[c] = sums[0][c] * (result.iterations > 1 ? std::min(rate[c], 1.0) : 1.0);
+      left_w[c] = kScatter * sums[0][c] * (result.iterations > 1 ? std::min(rate[c], 1.0) : 1.0);
     }
     growing = grows ? growing + 1 : 0;
     change_w = sums[0];

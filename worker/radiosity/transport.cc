@@ -1,14 +1,12 @@
 #include "worker/radiosity/transport.h"
 
-#include "worker/radiosity/closure.h"
-
 namespace isolux {
 namespace {
 
 constexpr int kChannels = 3;
 
-// The largest number of a lane beyond which closure may enlarge a radiosity.
-constexpr double kClosureHeadroom = 4.0 * kMostInheritance;
+// By how much closure may enlarge a radiosity: the largest factor.
+constexpr double kClosureHeadroom = 2.0;
 
 }  // namespace
 

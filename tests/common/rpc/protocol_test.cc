@@ -30,6 +30,14 @@ std::vector<NodeId> RandomElements(Random& random, size_t count) {
   return ids;
 }
 
+GatherRequest RandomGather(Random& random) {
+  GatherRequest request{RandomElements(random, 30), 0.1, {}};
+  for (size_t i = 0; i < request.elements.size(); ++i) {
+    request.corners.push_back(static_cast<uint8_t>(random.Bits() % 16));
+  }
+  return request;
+}
+
 template <typename T>
 std::vector<T> RandomNumbers(Random& random, size_t count) {
   std::vector<T> values(count);
@@ -131,7 +139,7 @@ std::vector<Case> MakeCases(uint64_t seed) {
       MakeCase("Reassign", Reassign{RandomAssignment(random)}),
       MakeCase("Parcels", parcels),
       MakeCase("Absorb", Absorb{{"one", "", "three"}}),
-      MakeCase("Gather", GatherRequest{RandomElements(random, 30), 0.1, std::vector<uint8_t>(30, 5)}),
+      MakeCase("Gather", RandomGather(random)),
       MakeCase("GatherPart", GatherPart{-12, RandomNumbers<int64_t>(random, 24), 5, 0.25}),
       MakeCase("EndJob", EndJob{9}),
       MakeCase("Failed", Failed{Status(StatusCode::kInternal, "what went wrong")}),

@@ -54,8 +54,8 @@ TEST(Product, IsSymmetricWhateverLeavesInherit) {
     Bench bench(testing::RandomRoom(seed, 4), 1e-2);
     Random random(seed);
     std::vector<double> inheritance(bench.system.size());
-    for (double& factor : inheritance) factor = 0.25 + 0.75 * random.Unit();
-    bench.product->SetInheritance(inheritance);
+    for (double& factor : inheritance) factor = 0.25 + 4 * random.Unit();
+    ASSERT_TRUE(bench.product->SetInheritance(inheritance).ok());
     const auto x = bench.RandomValues(2 * seed), y = bench.RandomValues(2 * seed + 1);
     const auto kx = bench.Irradiance(x), ky = bench.Irradiance(y);
     Lanes xky{}, ykx{};
