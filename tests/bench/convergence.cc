@@ -5,7 +5,7 @@
 //   convergence SCENE.obj POINTS.csv [--emit both] [--rounds N] [--step FACTOR] [--accuracy A]
 //     Prints CSV: ε over emitted power, links, leaves, rays, seconds of refinement and solution,
 //     error of the leaves' constants, error gathered at accuracy A (its rays), microseconds a
-//     point, estimated error, energy imbalance.
+//     point, estimated error and its parts, energy imbalance.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -132,7 +132,7 @@ int main(int argc, char** argv) {
   NullExchange exchange;
   std::printf(
       "epsilon,links,leaves,rays,refine_s,solve_s,constants,gathered,gather_rays,us_per_point,"
-      "estimate,imbalance\n");
+      "estimate,spread,visibility,coupling,solver,imbalance\n");
   double share = first;
   for (int r = 0; r < rounds; ++r, share *= step) {
     const double epsilon = share * Sum(shard.EmittedPower());
@@ -169,12 +169,13 @@ int main(int argc, char** argv) {
                     double(leaf->irradiance[0]) + leaf->irradiance[1] + leaf->irradiance[2]);
       }
     }
-    std::printf("%.3g,%lu,%lu,%lu,%.3f,%.3f,%.4f,%.4f,%.0f,%.1f,%.4f,%.4f\n", share, report->links,
-                report->leaves, report->rays, report->refine_s, report->solve_s,
-                constants.Relative(), gathered.Relative(),
+    std::printf("%.3g,%lu,%lu,%lu,%.3f,%.3f,%.4f,%.4f,%.0f,%.1f,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f\n",
+                share, report->links, report->leaves, report->rays, report->refine_s,
+                report->solve_s, constants.Relative(), gathered.Relative(),
                 static_cast<double>(part->rays) / static_cast<double>(points.size()),
                 1e6 * gather_s / static_cast<double>(points.size()) * pool.thread_count(),
-                report->error_estimate, report->energy_imbalance);
+                report->error_estimate, report->error_spread, report->error_visibility,
+                report->error_coupling, report->error_solver, report->energy_imbalance);
     std::fflush(stdout);
   }
   return 0;

@@ -14,7 +14,8 @@
 namespace isolux {
 namespace {
 
-constexpr int kMostRays = 64;  // from one point to one source
+constexpr int kMostRays = 64;    // from one point to one source
+constexpr int kVaryingRays = 4;  // at least, to a source whose seen part may differ from the hidden
 // Points lie so far inside their element, so that none is on an edge or in a contact.
 constexpr double kInside = 1e-5;
 // And this many times what rays cannot tell apart, lest a sheet that stands on the edge be taken
@@ -31,15 +32,17 @@ struct Place {
 // A ray from a place to a source.
 struct Pick {
   uint32_t source = 0;
-  double weight = 0;  // of the kernel
+  double weight = 0;     // of the kernel
+  double radiosity = 1;  // where the ray ends, over that of the source
 };
 
 // Evaluates the sources of one leaf at its places, four at a time.
 class LeafGather {
  public:
-  LeafGather(const Tree& tree, const RayScene& rays, uint32_t leaf, const LeafSources& found,
-             double scale)
+  LeafGather(const Tree& tree, const RayScene& rays, const SourceFinder& finder, uint32_t leaf,
+             const LeafSources& found, double scale)
       : found_(found),
+        finder_(finder),
         rays_(rays),
         normal_(tree.normal(leaf)),
         own_polygon_(tree.surface_of(leaf).polygon),
@@ -84,7 +87,10 @@ class LeafGather {
     lane_ = lane;
     for (uint32_t s = 0; s < found_.sources.size(); ++s) {
       const Source& source = found_.sources[s];
-      const double wanted = source.rays * factor_[s][lane];
+      double wanted = source.rays * factor_[s][lane];
+      if (source.varying != kNoNode && factor_[s][lane] > 0) {
+        wanted = std::max(wanted, static_cast<double>(kVaryingRays));
+      }
       if (!(wanted > 0)) continue;
       Random random(Hash(source.seed, place.seed));
       const int rays = std::min(kMostRays, static_cast<int>(wanted + random.Unit()));
@@ -113,7 +119,9 @@ class LeafGather {
       if (!(weight > 0)) continue;
       if (count_ == kPacketRays) Trace();
       segments_[count_] = {place.position, to, own_polygon_, source.surface_polygon};
-      picks_[count_++] = {s, weight};
+      const double radiosity =
+          source.varying == kNoNode ? 1.0 : finder_.RelativeRadiosityAt(source.varying, to);
+      picks_[count_++] = {s, weight, radiosity};
     }
   }
 
@@ -128,7 +136,7 @@ class LeafGather {
         open_source_ = picks_[i].source;
       }
       total_ += picks_[i].weight;
-      if ((visible >> i & 1) != 0) passed_ += picks_[i].weight;
+      if ((visible >> i & 1) != 0) passed_ += picks_[i].weight * picks_[i].radiosity;
     }
     count_ = 0;
   }
@@ -143,6 +151,7 @@ class LeafGather {
   static constexpr uint32_t kNone = 0xffffffffu;
 
   const LeafSources& found_;
+  const SourceFinder& finder_;
   const RayScene& rays_;
   const Vec3 normal_;
   const uint32_t own_polygon_;
@@ -248,7 +257,7 @@ Result<GatherPart> Gatherer::AtCorners(std::span<const NodeId> elements,
           impl_->PlacesOf(runs[r], elements, corners, part.sums.data());
       if (places.empty()) continue;
       const LeafSources found = impl_->sources.Find(runs[r].leaf, options, scale);
-      LeafGather gather(impl_->tree, impl_->rays, runs[r].leaf, found, scale);
+      LeafGather gather(impl_->tree, impl_->rays, impl_->sources, runs[r].leaf, found, scale);
       for (size_t i = 0; i < places.size(); i += 4) {
         gather.Evaluate(std::span(places).subspan(i, std::min<size_t>(4, places.size() - i)));
       }

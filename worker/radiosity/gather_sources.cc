@@ -13,6 +13,10 @@ namespace {
 // A source is opened where it brings much and varies by more than this share of itself.
 constexpr double kOpenSpread = 0.1;
 constexpr int kOpenLevels = 6;
+// Visibility and radiosity of a source count as varying together from these shares on.
+constexpr double kVaryingDoubt = 0.3, kVaryingSpread = 0.2;
+// Of the share that is opened: what brings less is not looked at closely.
+constexpr double kVaryingShare = 0.1;
 // What eight rays do not see may still be there: hidden sources count with this share.
 constexpr double kHiddenShare = 0.1;
 // Irradiance below this share of the mean is dark: shares are taken of that then.
@@ -121,6 +125,26 @@ LeafSources SourceFinder::Find(uint32_t leaf, const GatherOptions& options, doub
   return found;
 }
 
+double SourceFinder::RelativeRadiosityAt(uint32_t node, const Vec3& point) const {
+  const auto sum = [&](uint32_t element) {
+    const Lanes& b = radiosity_[slots_.OfElement(element)];
+    return b[0] + b[1] + b[2];
+  };
+  const double whole = sum(node);
+  const Vec3 n = tree_.normal(node);
+  while (tree_.node(node).first_child != kNoNode) {
+    const uint32_t child = tree_.node(node).first_child;
+    const ConvexPolygon& first = tree_.polygon(child);
+    bool inside = true;
+    for (int i = 0; i < first.count; ++i) {
+      const Vec3 side = first.v[(i + 1) % first.count] - first.v[i];
+      inside &= glm::dot(glm::cross(n, side), point - first.v[i]) >= 0;
+    }
+    node = inside ? child : child + 1;
+  }
+  return whole > 0 ? sum(node) / whole : 1.0;
+}
+
 // Of an element, from the middle of the leaf.
 double SourceFinder::FactorAtCentre(const Receiver& receiver, uint32_t other) const {
   const Vec3 d = tree_.centre(other) - receiver.centre;
@@ -159,7 +183,8 @@ void SourceFinder::Add(const Receiver& receiver, uint32_t node, const End& end,
     }
     return;
   }
-  source.rays = receiver.rays_per_w_m2 * link.doubt() * tree_.values(other).radiosity;
+  source.doubt = link.doubt();
+  source.rays = receiver.rays_per_w_m2 * source.doubt * tree_.values(other).radiosity;
   Open(receiver, other, seen * mean_factor, source, 0, options, found.sources);
 }
 
@@ -187,6 +212,11 @@ void SourceFinder::Open(const Receiver& receiver, uint32_t other, double factor,
   source.normal = tree_.normal(other);
   source.point = tree_.polygon(other).v[0];
   source.surface_polygon = tree_.surface_of(other).polygon;
+  if (child != kNoNode && from.doubt > kVaryingDoubt &&
+      values.spread > kVaryingSpread * values.radiosity &&
+      factor * values.radiosity > kVaryingShare * options.open_share * receiver.arriving) {
+    source.varying = other;
+  }
   source.seed = Hash(from.seed, tree_.node(other).id.path);
   sources.push_back(source);
 }

@@ -19,7 +19,11 @@ struct Source {
   double facing_m2 = 0;    // of a cluster: its area that faces the leaf
   Lanes radiosity{};       // by channel, W/m²
   double visibility = 1;   // of the link
+  double doubt = 0;        // of the link
   double rays = 0;         // rays wanted at a point, over the form factor there
+  // Of a source that is partly hidden and varies, where rays must find what it is that is seen: the
+  // element, to look up the leaf a ray meets; kNoNode for others.
+  uint32_t varying = kNoNode;
   uint32_t surface_polygon = 0;
   uint64_t seed = 0;
 };
@@ -33,6 +37,10 @@ class SourceFinder {
  public:
   SourceFinder(const Tree& tree, const Placement& placement, const LinkSet& links,
                const Snapshot& snapshot);
+
+  // Radiosity of the leaf at or below `node` that holds this point of it, over that of the node; of
+  // the sums over the channels.
+  double RelativeRadiosityAt(uint32_t node, const Vec3& point) const;
 
   // Largest radiosity of all leaves and channels, W/m².
   double largest_radiosity() const { return largest_; }
