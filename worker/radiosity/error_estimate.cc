@@ -11,7 +11,7 @@ constexpr double kMeanOfAbsolute = 0.8;
 // Share of a link's visibility error that rays at the output points leave.
 constexpr double kVisibilityAfterGather = 0.6;
 // The same of its source variation, which the oracle weighs three times: the gather opens sources.
-constexpr double kSpreadAfterGather = 0.35;
+constexpr double kSpreadAfterGather = 0.28;
 // The estimate is at least this share of how much the solution moved in the round.
 constexpr double kShareOfChange = 0.4;
 // Errors of one leaf's links are less than independent, and some terms are bounds. With this factor
@@ -88,16 +88,18 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
         p.radiosity = static_cast<float>(xp[0]);
         q.radiosity = static_cast<float>(xq[0]);
         const LinkError error = ErrorOf(tree, link, p, q);
+        const double deviation = link.visibility_deviation();
+        const double doubt = deviation > 0 ? link.doubt() / deviation : 0.0;
         const bool cluster = tree.is_cluster(link.p) || tree.is_cluster(link.q);
         const double share = cluster ? 0.0 : std::max(link.visibility(), 0.1) / unit;
         const double at_p = product.inverse_area(ends.p) / unit;
         const double at_q = product.inverse_area(ends.q) / unit;
         to_p =
             Lanes{Square(q.radiosity * link.variation_p * share), Square(error.spread_p_w * at_p),
-                  Square(error.visibility_p_w * at_p), Square(error.coupling_p_w * at_p)};
+                  Square(doubt * error.visibility_p_w * at_p), Square(error.coupling_p_w * at_p)};
         to_q =
             Lanes{Square(p.radiosity * link.variation_q * share), Square(error.spread_q_w * at_q),
-                  Square(error.visibility_q_w * at_q), Square(error.coupling_q_w * at_q)};
+                  Square(doubt * error.visibility_q_w * at_q), Square(error.coupling_q_w * at_q)};
       },
       sums));
   std::vector<IntLanes> doubts(n);
