@@ -226,13 +226,12 @@ Uncovered DropCoveredSides(const Sheets& sheets, std::span<const uint32_t> sourc
   for (uint32_t p = 0; p < kept.size(); ++p) {
     kept[p] = scene->polygons[p].sides;
     const auto [front, back] = coverer.Of(p);
-    const auto drop = [&](uint8_t flags) {
-      if ((kept[p] & flags) == 0) return;
-      kept[p] &= static_cast<uint8_t>(~flags);
-      if (result.sides++ == 0) result.first_polygon = p;
+    const auto drop = [&](uint8_t flags, uint8_t mark) {
+      if ((kept[p] & flags) != 0 && result.sides++ == 0) result.first_polygon = p;
+      kept[p] = static_cast<uint8_t>((kept[p] & ~flags) | mark);
     };
-    if (front) drop(kFrontTakesPart | kFrontEmits);
-    if (back) drop(kBackTakesPart | kBackEmits);
+    if (front) drop(kFrontTakesPart | kFrontEmits, kFrontCovered);
+    if (back) drop(kBackTakesPart | kBackEmits, kBackCovered);
   }
   for (uint32_t p = 0; p < kept.size(); ++p) scene->polygons[p].sides = kept[p];
   return result;

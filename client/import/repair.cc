@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "client/import/prepare.h"
+#include "client/import/weld_points.h"
 #include "common/scene/triangulate.h"
 #include "common/util/random.h"
 
@@ -19,6 +20,8 @@ struct RepairText {
 
 RepairText Describe(Repair kind) {
   switch (kind) {
+    case Repair::kWelded:
+      return {"points joined with others next to them", false};
     case Repair::kZeroArea:
       return {"zero-area faces dropped", true};
     case Repair::kDuplicate:
@@ -136,8 +139,8 @@ class Builder {
   std::unordered_multimap<uint64_t, Outline> outlines_;
 };
 
-// Equal points become one vertex; the centre of the box of all is subtracted before the unit is
-// applied, both in double.
+// Equal points become one vertex, and so do near ones where the scene is prepared; the centre of
+// the box of all is subtracted before the unit is applied, both in double.
 void Builder::WeldPoints() {
   std::vector<bool> used(file_.points.size(), false);
   for (const uint32_t p : file_.corners) used[p] = true;
@@ -161,6 +164,9 @@ void Builder::WeldPoints() {
     if (is_new) scene_.vertices.push_back(point);
     welded_[p] = at->second;
   }
+  if (!options_.prepare_for_transport) return;
+  const uint64_t joined = JoinNearPoints(file_, &welded_, &scene_.vertices);
+  log_.Add(Repair::kWelded, joined, [&] { return file_.path; });
 }
 
 uint8_t Builder::SidesOf(uint32_t material) const {

@@ -13,6 +13,7 @@ namespace isolux {
 
 // In the order of the report. The text of each stands in repair.cc.
 enum class Repair {
+  kWelded,
   kZeroArea,
   kDuplicate,
   kTwin,

@@ -15,7 +15,8 @@ constexpr uint64_t kVertexBytes = 3 * 8;
 constexpr uint64_t kPolygonBytes = 6 * 4 + 1;
 constexpr uint64_t kMaterialBytes = 4 + 6 * 8;  // without the name
 constexpr uint32_t kLongestName = 1024;
-constexpr uint8_t kAllSides = kFrontTakesPart | kBackTakesPart | kFrontEmits | kBackEmits;
+constexpr uint8_t kAllSides =
+    kFrontTakesPart | kBackTakesPart | kFrontEmits | kBackEmits | kFrontCovered | kBackCovered;
 
 // Products of three lengths and of exitances with areas must stay far from overflow.
 constexpr double kLargestCoordinateM = 1e9;

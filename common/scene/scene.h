@@ -31,6 +31,9 @@ enum SideFlags : uint8_t {
   kBackTakesPart = 2,
   kFrontEmits = 4,  // radiates the material's exitance; implies that the side takes part
   kBackEmits = 8,
+  // Lies wholly against another polygon: does not take part, and what arrives is the other's.
+  kFrontCovered = 16,
+  kBackCovered = 32,
 };
 
 struct Polygon {

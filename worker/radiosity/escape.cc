@@ -89,7 +89,8 @@ Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, double accu
       const int packets = std::clamp(static_cast<int>(kScoutRays / 8 * share), 2, 2048);
       Random random(Hash(seed, 0x5c0u, s));
       for (int k = 0; k < packets; ++k) {
-        const auto escapes = CosineRays(hierarchy.geometry(s), surfaces[s].polygon, random);
+        const auto escapes = CosineRays(DrawnIn(hierarchy.geometry(s), rays.coordinate_noise_m()),
+                                        surfaces[s].polygon, random);
         for (const RayHit& hit : rays.Trace(escapes, RayScene::kPacket)) {
           ++scouted[s].rays;
           if (TakesPart(scene, hit)) {
@@ -136,7 +137,8 @@ double EscapeShare(const Hierarchy& hierarchy, const RayScene& rays, const NodeI
   Random random(Hash(seed, 0xe5c0u, Hash(id.surface, id.path)));
   int escaped = 0;
   for (int k = 0; k < kEscapeRays / RayScene::kPacket; ++k) {
-    const auto escapes = CosineRays(polygon, hierarchy.surfaces()[id.surface].polygon, random);
+    const auto escapes = CosineRays(DrawnIn(polygon, rays.coordinate_noise_m()),
+                                    hierarchy.surfaces()[id.surface].polygon, random);
     for (const RayHit& hit : rays.Trace(escapes, RayScene::kPacket)) {
       if (!TakesPart(hierarchy.scene(), hit)) ++escaped;
     }

@@ -18,9 +18,6 @@ constexpr int kMostRays = 64;    // from one point to one source
 constexpr int kVaryingRays = 4;  // at least, to a source whose seen part may differ from the hidden
 // Points lie so far inside their element, so that none is on an edge or in a contact.
 constexpr double kInside = 1e-5;
-// And this many times what rays cannot tell apart, lest a sheet that stands on the edge be taken
-// for the point itself.
-constexpr double kInsideNoise = 3;
 
 // A corner of an element, where irradiance is wanted.
 struct Place {
@@ -105,6 +102,7 @@ class LeafGather {
     ConvexPolygon target;
     target.count = std::min(source.polygon.count, 4);
     std::copy_n(source.polygon.v.begin(), target.count, target.v.begin());
+    target = DrawnIn(target, rays_.coordinate_noise_m());
     // A shifted additive sequence: even over the source whatever the number of rays ([Roberts18]).
     constexpr double kStepU = 0.75487766624669276, kStepV = 0.56984029099805327;
     double u = random.Unit(), v = random.Unit();
@@ -212,13 +210,11 @@ struct Gatherer::Impl {
     for (size_t e = run.begin; e < run.end; ++e) {
       const ConvexPolygon polygon = ShapeBelow(tree, run.leaf, elements[e]);
       const Vec3 centre = polygon.Centroid();
+      const double share =
+          std::max(kInside, InsideShare(polygon, centre, rays.coordinate_noise_m()));
       for (int k = 0; k < polygon.count; ++k) {
         if (!corners.empty() && (corners[e] >> k & 1) == 0) continue;
-        const Vec3 inward = centre - polygon.v[k];
-        const double length = std::max(glm::length(inward), 1e-300);
-        const double share =
-            std::clamp(kInsideNoise * rays.coordinate_noise_m() / length, kInside, 0.25);
-        places.push_back({polygon.v[k] + share * inward,
+        places.push_back({polygon.v[k] + share * (centre - polygon.v[k]),
                           Hash(elements[e].path, elements[e].surface, static_cast<uint64_t>(k)),
                           sums + 12 * e + 3 * k});
       }

@@ -21,6 +21,18 @@ struct PacketContext {
       near_share;  // of the segment, at either end: no hit counts there
 };
 
+// Whether a ray meets a side that lies against another polygon: that one is what it meets.
+bool MeetsCovered(const RTCFilterFunctionNArguments* arguments, unsigned i, const Scene& scene,
+                  uint32_t polygon) {
+  const uint8_t sides = scene.polygons[polygon].sides & (kFrontCovered | kBackCovered);
+  if (sides == 0) return false;
+  const Vec3 direction(RTCRayN_dir_x(arguments->ray, arguments->N, i),
+                       RTCRayN_dir_y(arguments->ray, arguments->N, i),
+                       RTCRayN_dir_z(arguments->ray, arguments->N, i));
+  const Vec3 normal = SideGeometry(scene, polygon, Side::kFront).AreaVector();
+  return (sides & (glm::dot(normal, direction) < 0 ? kFrontCovered : kBackCovered)) != 0;
+}
+
 void RejectOwnHits(const RTCFilterFunctionNArguments* arguments) {
   const auto* context = reinterpret_cast<const PacketContext*>(arguments->context);
   for (unsigned i = 0; i < arguments->N; ++i) {
@@ -35,7 +47,10 @@ void RejectOwnHits(const RTCFilterFunctionNArguments* arguments) {
         hit == from || plane == context->hierarchy->plane_of(from) ||
         (to != RayHit::kNothing && (hit == to || plane == context->hierarchy->plane_of(to) ||
                                     t > 1.0F - context->near_share[ray]));
-    if (own || t < context->near_share[ray]) arguments->valid[i] = 0;
+    if (own || t < context->near_share[ray] ||
+        MeetsCovered(arguments, i, context->hierarchy->scene(), hit)) {
+      arguments->valid[i] = 0;
+    }
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include "common/util/random.h"
 
@@ -41,6 +42,26 @@ Vec3 SamplePolygon(const ConvexPolygon& polygon, double u, double v) {
                                 v * (polygon.v[first + 1] - polygon.v[0]));
 }
 
+double InsideShare(const ConvexPolygon& polygon, const Vec3& centre, double noise_m) {
+  const double margin_m = 2 * noise_m;
+  double least2 = std::numeric_limits<double>::infinity();  // squared, from the centre to a side
+  for (int i = 0; i < polygon.count; ++i) {
+    const Vec3 along = polygon.v[(i + 1) % polygon.count] - polygon.v[i];
+    const Vec3 cross = glm::cross(along, centre - polygon.v[i]);
+    least2 = std::min(least2, glm::dot(cross, cross) / std::max(glm::dot(along, along), 1e-300));
+  }
+  constexpr double kMost = 0.25;
+  return margin_m * margin_m >= kMost * kMost * least2 ? kMost : margin_m / std::sqrt(least2);
+}
+
+ConvexPolygon DrawnIn(const ConvexPolygon& polygon, double noise_m) {
+  const Vec3 centre = polygon.Centroid();
+  const double share = InsideShare(polygon, centre, noise_m);
+  ConvexPolygon result = polygon;
+  for (int i = 0; i < polygon.count; ++i) result.v[i] += share * (centre - polygon.v[i]);
+  return result;
+}
+
 NodeSampler::Point NodeSampler::Sample(const Tree& tree, uint32_t node, double u, double v,
                                        double w) const {
   if (!tree.is_cluster(node)) {
@@ -57,6 +78,23 @@ NodeSampler::Point NodeSampler::Sample(const Tree& tree, uint32_t node, double u
   return Sample(tree, tree.SurfaceIndex(surface), u, v, 0);
 }
 
+namespace {
+
+// How samples of an element are kept off its sides, where things may stand; nothing for clusters.
+struct Inset {
+  Vec3 centre{0.0};
+  double share = 0;
+};
+
+Inset InsetOf(const Tree& tree, uint32_t node, double noise_m) {
+  if (tree.is_cluster(node)) return {};
+  const ConvexPolygon& polygon = tree.polygon(node);
+  const Vec3 centre = polygon.Centroid();
+  return {centre, InsideShare(polygon, centre, noise_m)};
+}
+
+}  // namespace
+
 SampledVisibility SampleVisibility(const Tree& tree, const NodeSampler& sampler,
                                    const RayScene& rays, uint32_t p, uint32_t q, uint64_t seed) {
   const NodeId& a = tree.node(p).id;
@@ -71,14 +109,18 @@ SampledVisibility SampleVisibility(const Tree& tree, const NodeSampler& sampler,
   std::array<double, kCount> weight{};
   int traced = 0;
   double total = 0;
+  const Inset inset_p = InsetOf(tree, p, rays.coordinate_noise_m());
+  const Inset inset_q = InsetOf(tree, q, rays.coordinate_noise_m());
   for (int i = 0; i < kCount; ++i) {
     std::array<double, 6> u;
     for (int d = 0; d < 6; ++d) {
       u[d] = shift[d] + (i * kGenerator[d] % kCount) * (1.0 / kCount);
       u[d] -= std::floor(u[d]);
     }
-    const auto x = sampler.Sample(tree, p, u[0], u[1], u[4]);
-    const auto y = sampler.Sample(tree, q, u[2], u[3], u[5]);
+    auto x = sampler.Sample(tree, p, u[0], u[1], u[4]);
+    auto y = sampler.Sample(tree, q, u[2], u[3], u[5]);
+    x.position += inset_p.share * (inset_p.centre - x.position);
+    y.position += inset_q.share * (inset_q.centre - y.position);
     const Vec3 d = y.position - x.position;
     const double d2 = glm::dot(d, d);
     const double cosines =

@@ -35,6 +35,13 @@ class NodeSampler {
 // Uniform point of a triangle or quad.
 Vec3 SamplePolygon(const ConvexPolygon& polygon, double u, double v);
 
+// The share of the way to the centroid by which points of a polygon are drawn in, a quarter at
+// most, so that none is nearer to a side than twice the noise (RayScene::coordinate_noise_m).
+// Things stand along sides, and rays from points within the noise would pass through them.
+double InsideShare(const ConvexPolygon& polygon, const Vec3& centre, double noise_m);
+// The polygon drawn in by that share.
+ConvexPolygon DrawnIn(const ConvexPolygon& polygon, double noise_m);
+
 SampledVisibility SampleVisibility(const Tree& tree, const NodeSampler& sampler,
                                    const RayScene& rays, uint32_t p, uint32_t q, uint64_t seed);
 
