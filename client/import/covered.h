@@ -32,8 +32,8 @@ struct Uncovered {
   uint32_t first_polygon = 0;  // of them
 };
 
-// Takes the flags of covered sides from polygons and marks them as covered. `source[p]` is the polygon, before cutting, that
-// polygon p is a piece of.
+// Takes the flags of covered sides from polygons and marks them as covered. `source[p]` is the
+// polygon, before cutting, that polygon p is a piece of.
 //
 // A measured gap says which of two polygons is on which side. Where there is none, the smaller of
 // two sheets is on the side where its body stands (a block on a floor); without a body it lies on

@@ -128,7 +128,7 @@ TEST(SceneValidate, NamesWhatIsWrongAndTheRemedy) {
   scene.polygons[3].material = 6;
   ExpectRefused(scene, "polygon 3: material 6 does not exist");
   scene = good;
-  scene.polygons[3].sides = 16;
+  scene.polygons[3].sides = 64;
   ExpectRefused(scene, "side flags");
 
   scene = good;
