@@ -210,8 +210,8 @@ TEST_F(Import, UnpreparedKeepsTwinsAndTheirNumbers) {
   ASSERT_EQ(scene.polygons.size(), 3U);
   EXPECT_EQ(CountOf(scene, Repair::kTwin), 0U);
   EXPECT_EQ(CountOf(scene, Repair::kDuplicate), 1U);
-  EXPECT_EQ(scene.polygons[1].sides, kFrontTakesPart | kBackCovered);
-  EXPECT_EQ(scene.polygons[2].sides, kFrontTakesPart | kBackCovered);
+  EXPECT_EQ(scene.polygons[1].sides, kFrontTakesPart);
+  EXPECT_EQ(scene.polygons[2].sides, kFrontTakesPart);
   EXPECT_EQ(scene.polygons[2].file_polygon, scene.polygons[1].file_polygon + 1);
 }
 
