@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <span>
-#include <tuple>
 
 #include "common/hierarchy/element.h"
 #include "server/weld.h"
+#include "server/weld_groups.h"
 
 namespace isolux {
 namespace {
@@ -286,26 +285,6 @@ class Refinement {
   double mean_ = 0;
 };
 
-// Number of the group of each surface: surfaces that share vertices lie in one plane, face the same
-// way, and reflect and emit alike.
-std::vector<uint32_t> FindGroups(const Hierarchy& hierarchy) {
-  const std::span<const Surface> surfaces = hierarchy.surfaces();
-  std::map<uint32_t, Vec3> normals;  // of a plane: that of its first surface
-  std::map<std::tuple<uint32_t, bool, uint32_t, bool, bool>, uint32_t> numbers;
-  std::vector<uint32_t> groups(surfaces.size());
-  for (uint32_t s = 0; s < surfaces.size(); ++s) {
-    const uint32_t plane = hierarchy.plane_of(surfaces[s].polygon);
-    const Vec3 normal = hierarchy.geometry(s).AreaVector();
-    const Vec3& reference = normals.try_emplace(plane, normal).first->second;
-    const uint32_t material = hierarchy.scene().polygons[surfaces[s].polygon].material;
-    const auto key =
-        std::make_tuple(plane, glm::dot(normal, reference) > 0, material,
-                        surfaces[s].exitance != Rgb(0.0), surfaces[s].reflectance != Rgb(0.0));
-    groups[s] = numbers.try_emplace(key, static_cast<uint32_t>(numbers.size())).first->second;
-  }
-  return groups;
-}
-
 Channels Radiosity(const Surface& surface, const Channels& irradiance) {
   Channels result{};
   for (int c = 0; c < 3; ++c) {
@@ -336,7 +315,7 @@ class Assembly {
  private:
   // The vertices of each element's corners, and the sums of what was gathered there.
   void Weld() {
-    const std::vector<uint32_t> groups = FindGroups(hierarchy_);
+    const std::vector<uint32_t> groups = FindWeldGroups(hierarchy_);
     corners_.assign(elements_.size(), {kNoCorner, kNoCorner, kNoCorner, kNoCorner});
     for (size_t e = 0; e < elements_.size(); ++e) {
       const Element& element = elements_[e];
