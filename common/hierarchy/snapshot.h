@@ -19,8 +19,8 @@ struct LeafRecord {
   float error = 0;    // estimated absolute error of the irradiance, worst channel, W/m²
   float closure = 1;  // factor d of the row-sum closure
   float inheritance = 1;  // factor of what comes from the nodes above
-  float escape = 0;   // share of its light that reaches no participating side
-  float doubt = 0;    // what links in doubt bring, times its deviation, W/m², summed over channels
+  float escape = 0;       // share of its light that reaches no participating side
+  float doubt = 0;  // what links in doubt bring, times its deviation, W/m², summed over channels
 
   bool operator==(const LeafRecord&) const = default;
 };
