@@ -1,11 +1,13 @@
 #include "common/hierarchy/regions.h"
+#include "common/util/disjoint_sets.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <limits>
 
 #include "common/scene/plane_frame.h"
 #include "common/scene/triangulate.h"
+#include "common/util/disjoint_sets.h"
 
 namespace isolux {
 namespace {
@@ -60,26 +62,6 @@ void ForEachPair(const std::vector<HalfEdge>& edges, std::span<const uint64_t> k
     i = end;
   }
 }
-
-class DisjointSets {
- public:
-  explicit DisjointSets(size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0U);
-  }
-  uint32_t Find(uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  // The lower number stands for both.
-  void Join(uint32_t a, uint32_t b) {
-    a = Find(a);
-    b = Find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<uint32_t> parent_;
-};
 
 struct Directed {
   uint32_t from = 0, to = 0;

@@ -222,4 +222,19 @@ std::string AsObj(const Scene& scene, int copies) {
   return text;
 }
 
+double ArrivingAt(const PatchFile& patch, uint32_t first) {
+  double sum = 0;
+  for (const PatchFace& face : patch.faces) {
+    if (face.polygon < first) continue;
+    Vec3 area(0.0);
+    for (size_t i = 0; i < face.vertices.size(); ++i) {
+      area +=
+          0.5 * glm::cross(patch.vertices[face.vertices[i]].position,
+                           patch.vertices[face.vertices[(i + 1) % face.vertices.size()]].position);
+    }
+    sum += glm::length(area) * face.irradiance[0];
+  }
+  return sum;
+}
+
 }  // namespace isolux::testing

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/patch_file.h"
 #include "common/scene/scene.h"
 
 namespace isolux::testing {
@@ -36,6 +37,9 @@ class SceneSketch {
  private:
   Scene scene_;
 };
+
+// Power that arrives at faces of polygons from `first` on, W, in the first channel.
+double ArrivingAt(const PatchFile& patch, uint32_t first);
 
 // A closed room 4 × 3 × 2.5 with a lamp under its ceiling and two boxes on its floor.
 Scene FurnishedRoom();

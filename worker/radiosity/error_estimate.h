@@ -1,7 +1,7 @@
 // How wrong the gathered irradiance is, and why: for each link the error it leaves at either end
 // once irradiance is gathered point by point (the variation over the receiver is then gone), summed
 // as independent over the links of a leaf and of all above it, plus what these errors do to the
-// ambient light of the scene (NUMERICS: "local + ambient").
+// ambient light of the scene.
 #pragma once
 
 #include <vector>

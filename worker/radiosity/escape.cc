@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "common/util/disjoint_sets.h"
 #include "common/util/random.h"
 #include "worker/radiosity/visibility.h"
 
@@ -45,26 +45,6 @@ bool TakesPart(const Scene& scene, const RayHit& hit) {
          (scene.polygons[hit.polygon].sides & SideFlag(hit.side)) != 0;
 }
 
-// Disjoint sets with path halving.
-class Components {
- public:
-  explicit Components(size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0U);
-  }
-  uint32_t Find(uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void Join(uint32_t a, uint32_t b) {
-    a = Find(a);
-    b = Find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<uint32_t> parent_;
-};
-
 struct Scouted {
   uint32_t rays = 0;
   uint32_t escaped = 0;
@@ -102,7 +82,7 @@ Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, double accu
       }
     }
   });
-  Components components(surfaces.size());
+  DisjointSets components(surfaces.size());
   for (uint32_t s = 0; s < surfaces.size(); ++s) {
     for (const uint32_t met : scouted[s].met) components.Join(s, met);
   }
