@@ -57,6 +57,7 @@ check_includes() {
     'server: common server isolux'
     'client/import: common/util common/vec.h common/scene common/hierarchy client/import'
     'client/output: common/util common/vec.h common/scene common/hierarchy client/output'
+    'client/web: common/util client/web'
     'client/commands/factors: common client worker/factors isolux'
     'client: common client isolux'
     'tests: common worker server client tests isolux'

@@ -15,7 +15,12 @@ packages=(
   libsqlite3-dev
   # tests and benchmarks
   libgtest-dev libgmock-dev libbenchmark-dev
+  # pages are tested in a browser
+  chromium
 )
+# Pages are bundled by node and npm. Packages of node from elsewhere bring npm along and exclude
+# Debian's, so what is there is left alone.
+if ! command -v node >/dev/null || ! command -v npm >/dev/null; then packages+=(nodejs npm); fi
 
 if [[ ! -r /etc/debian_version ]]; then
   echo "install-deps: this is not Debian; install the packages listed in $0 by other means" >&2

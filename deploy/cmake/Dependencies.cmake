@@ -31,3 +31,16 @@ foreach(pair
   target_link_libraries(isolux_alias_${name} INTERFACE ${target})
   add_library(isolux::dep_${name} ALIAS isolux_alias_${name})
 endforeach()
+
+# The pages are bundled by programs, not libraries.
+find_program(NODE_PROGRAM NAMES node nodejs)
+find_program(NPM_PROGRAM npm)
+if(NOT NODE_PROGRAM OR NOT NPM_PROGRAM)
+  message(FATAL_ERROR "node (18 or newer) and npm bundle the pages of `isolux report` and are not "
+    "here: install Debian's packages nodejs and npm, or run deploy/install-deps.sh")
+endif()
+execute_process(COMMAND ${NODE_PROGRAM} --version OUTPUT_VARIABLE node_version OUTPUT_STRIP_TRAILING_WHITESPACE)
+string(REGEX REPLACE "^v" "" node_version "${node_version}")
+if(node_version VERSION_LESS 18)
+  message(FATAL_ERROR "${NODE_PROGRAM} is version '${node_version}'; the pages need node 18 or newer")
+endif()
