@@ -136,8 +136,8 @@ Result<SolveResult> JobRunner::Impl::Run() {
     if (patch.has_value()) {
       crew->Dismiss(MessageKind::kEndJob, input.job);
       summary.seconds = Seconds();
-      patch->comments =
-          MakeComments(*input.scene, input.scene_hash, input.options, summary, traffic);
+      patch->comments = MakeComments({input.name, *input.scene, input.scene_hash, input.options},
+                                     summary, traffic);
       return SolveResult{std::move(*patch), summary};
     }
     if (crew != nullptr && crew->loss()) {

@@ -31,6 +31,7 @@ struct WorkerSlot {
 
 struct JobInput {
   uint64_t job = 0;
+  std::string name;                                  // for people: of the scene's file
   std::shared_ptr<const Scene> scene;                // validated
   std::shared_ptr<const std::string> encoded_scene;  // what workers fetch
   std::string scene_hash;

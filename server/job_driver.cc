@@ -21,6 +21,7 @@ Status Cancelled() { return MakeStatus(StatusCode::kCancelled, "cancelled"); }
 Result<JobInput> JobDriver::Load(const JobInfo& job) const {
   JobInput input;
   input.job = job.id;
+  input.name = job.name;
   input.scene_hash = job.digest;
   input.options = job.options;
   ASSIGN_OR_RETURN(auto encoded, store_->ReadScene(job.digest));
@@ -30,6 +31,7 @@ Result<JobInput> JobDriver::Load(const JobInfo& job) const {
                  "it again");
   }
   ASSIGN_OR_RETURN(auto scene, Decode(encoded));
+  scene.repairs = job.repairs;  // which the encoded scene leaves out
   input.scene = std::make_shared<const Scene>(std::move(scene));
   input.encoded_scene = std::make_shared<const std::string>(std::move(encoded));
 

@@ -53,6 +53,35 @@ std::string Epsilons(const SolveSummary& summary) {
   return text;
 }
 
+using Comments = std::vector<std::pair<std::string, std::string>>;
+
+// In all, then by connection, where anything went. Connections are counted in the order in which
+// they were made: a worker that came again is another.
+void AddTraffic(const Traffic& traffic, Comments* comments) {
+  for (int i = 0; i < kPhaseCount; ++i) {
+    const auto phase = static_cast<Phase>(i);
+    const PhaseBytes bytes = traffic.Total(phase);
+    comments->emplace_back(
+        "traffic", fmt::format("{} bytes_in {} bytes_out {}", ToText(phase), bytes.in, bytes.out));
+  }
+  int connection = 0;
+  for (const auto& [id, phases] : traffic.by_worker) {
+    ++connection;
+    for (int i = 0; i < kPhaseCount; ++i) {
+      const PhaseBytes& bytes = phases[static_cast<size_t>(i)];
+      if (bytes.in == 0 && bytes.out == 0) continue;
+      comments->emplace_back("worker_traffic",
+                             fmt::format("{} {} bytes_in {} bytes_out {}", connection,
+                                         ToText(static_cast<Phase>(i)), bytes.in, bytes.out));
+    }
+  }
+}
+
+std::string RepairLine(const RepairReport::Entry& entry) {
+  return fmt::format("{} {}{}", entry.count, entry.kind,
+                     entry.example.empty() ? "" : " (" + entry.example + ")");
+}
+
 }  // namespace
 
 Result<RoundSummary> MergeReports(const PerWorker<RoundReport>& reports, uint32_t round) {
@@ -122,21 +151,18 @@ Result<CutLoads> MergeLoads(const PerWorker<RoundReport>& reports, const Assignm
   return loads;
 }
 
-std::vector<std::pair<std::string, std::string>> MakeComments(const Scene& scene,
-                                                              const std::string& scene_hash,
-                                                              const SolveOptions& options,
-                                                              const SolveSummary& summary,
-                                                              const Traffic& traffic) {
-  std::vector<std::pair<std::string, std::string>> comments;
+Comments MakeComments(const Asked& asked, const SolveSummary& summary, const Traffic& traffic) {
+  Comments comments;
   const auto add = [&](const char* key, const auto& value) {
     comments.emplace_back(key, fmt::format("{}", value));
   };
   add("version", Version());
-  add("unit", scene.unit);
-  add("scene_hash", scene_hash);
-  add("accuracy", options.accuracy);
-  add("seed", options.seed);
-  add("solver", ToText(options.solver));
+  if (!asked.name.empty()) add("scene", asked.name);
+  add("unit", asked.scene.unit);
+  add("scene_hash", asked.scene_hash);
+  add("accuracy", asked.options.accuracy);
+  add("seed", asked.options.seed);
+  add("solver", ToText(asked.options.solver));
   add("end_reason", ToText(summary.end_reason));
   add("rounds", summary.rounds.size());
   add("epsilons", Epsilons(summary));
@@ -163,11 +189,9 @@ std::vector<std::pair<std::string, std::string>> MakeComments(const Scene& scene
                         fmt::format("{:.3f}", fmt::join(summary.gather_cpu_s, " ")));
   add("workers", summary.workers);
   for (const RoundSummary& row : summary.rounds) comments.emplace_back("round", RoundLine(row));
-  for (int i = 0; i < kPhaseCount; ++i) {
-    const auto phase = static_cast<Phase>(i);
-    const PhaseBytes bytes = traffic.Total(phase);
-    comments.emplace_back(
-        "traffic", fmt::format("{} bytes_in {} bytes_out {}", ToText(phase), bytes.in, bytes.out));
+  AddTraffic(traffic, &comments);
+  for (const RepairReport::Entry& entry : asked.scene.repairs.entries) {
+    add("repair", RepairLine(entry));
   }
   return comments;
 }

@@ -28,11 +28,17 @@ ErrorHistogram MergeHistograms(const PerWorker<RoundReport>& reports);
 // Loads of the cut's nodes, each as its home reported it.
 Result<CutLoads> MergeLoads(const PerWorker<RoundReport>& reports, const Assignment& assignment);
 
+// What was asked of a job.
+struct Asked {
+  const std::string& name;  // of the scene, for people; may be empty
+  const Scene& scene;
+  const std::string& scene_hash;
+  const SolveOptions& options;
+};
+
 // `comment isolux KEY VALUE` lines of the patch file: what was asked, what was reached, one line a
-// round, bytes by phase.
-std::vector<std::pair<std::string, std::string>> MakeComments(const Scene& scene,
-                                                              const std::string& scene_hash,
-                                                              const SolveOptions& options,
+// round, bytes by phase, and by connection and phase.
+std::vector<std::pair<std::string, std::string>> MakeComments(const Asked& asked,
                                                               const SolveSummary& summary,
                                                               const Traffic& traffic);
 

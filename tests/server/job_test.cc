@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+#include <set>
 #include <sstream>
 
 #include "tests/support/local_cluster.h"
@@ -51,6 +53,37 @@ TEST(JobTest, ReportsWhatItDid) {
   EXPECT_EQ(patch.Comment("end_reason"), "accuracy reached");
   EXPECT_EQ(patch.Comment("workers"), "2");
   EXPECT_TRUE(DecodePatchFile(Encode(patch), "room.ply").has_value());
+}
+
+TEST(JobTest, CommentsTellTheSceneItsRepairsAndTheBytesOfEachConnection) {
+  LocalCluster cluster(2, 1);
+  Scene scene = CornellBox(false);
+  scene.repairs.entries = {{"faces divided", 3, "box.obj:17"}, {"quads merged", 1, ""}};
+  JobInput input = MakeJobInput(scene, Coarse());
+  input.name = "box.obj";
+  const auto result = RunJob(cluster, std::move(input));
+  ASSERT_TRUE(result.has_value()) << result.error().message();
+  EXPECT_EQ(result->patch.Comment("scene"), "box.obj");
+  std::vector<std::string> repairs;
+  std::map<std::string, uint64_t> total, by_connection;  // bytes, in and out, of a phase
+  std::set<int> connections;
+  for (const auto& [key, value] : result->patch.comments) {
+    if (key == "repair") repairs.push_back(value);
+    if (key != "traffic" && key != "worker_traffic") continue;
+    std::istringstream words(value);
+    int connection = 0;
+    if (key == "worker_traffic") words >> connection;
+    std::string phase, in_word, out_word;
+    uint64_t in = 0, out = 0;
+    words >> phase >> in_word >> in >> out_word >> out;
+    EXPECT_EQ(in_word + " " + out_word, "bytes_in bytes_out") << value;
+    (connection == 0 ? total : by_connection)[phase] += in + out;
+    if (connection != 0) connections.insert(connection);
+  }
+  EXPECT_EQ(repairs, (std::vector<std::string>{"3 faces divided (box.obj:17)", "1 quads merged"}));
+  EXPECT_EQ(connections, (std::set<int>{1, 2}));
+  for (const auto& [phase, bytes] : total) EXPECT_EQ(by_connection[phase], bytes) << phase;
+  EXPECT_GT(total["values"], 0u);
 }
 
 TEST(JobTest, TheThresholdsInTheFileReplayToTheSameBits) {
