@@ -11,8 +11,8 @@ packages=(
   # geometry, rays, hashes, logs, errors
   libglm-dev libembree-dev libtbb-dev libxxhash-dev libspdlog-dev libfmt-dev libexpected-dev
   # command line, scene files, images, the coordinator's index
-  libcli11-dev nlohmann-json3-dev libtinyobjloader-dev libstb-dev libpng-dev libopenexr-dev
-  libsqlite3-dev
+  libcli11-dev nlohmann-json3-dev libtinyobjloader-dev libtinygltf-dev libstb-dev libpng-dev
+  libopenexr-dev libsqlite3-dev
   # tests and benchmarks
   libgtest-dev libgmock-dev libbenchmark-dev
   # pages are tested in a browser

@@ -79,7 +79,7 @@ Effect TwoSided(const Hierarchy& hierarchy) {
 
 // An effect that the importer found in the materials and replaced by something simpler.
 Effect Replaced(const Scene& scene, const char* name, std::initializer_list<Repair> kinds,
-                const char* replacement) {
+                const char* replacement, const char* noun = "material") {
   Effect effect{name, false, {}, {}, {}};
   uint64_t count = 0;
   for (const RepairReport::Entry& entry : scene.repairs.entries) {
@@ -92,11 +92,11 @@ Effect Replaced(const Scene& scene, const char* name, std::initializer_list<Repa
   effect.present = count > 0;
   if (effect.present) {
     effect.evidence =
-        fmt::format("{} {} ({})", count, count == 1 ? "material" : "materials", effect.evidence);
+        fmt::format("{} {}{} ({})", count, noun, count == 1 ? "" : "s", effect.evidence);
     effect.decision = fmt::format("present, not simulated: {}", replacement);
   } else {
     effect.bound = 0.0;
-    effect.evidence = "no such material";
+    effect.evidence = fmt::format("no such {}", noun);
     effect.decision = "off";
   }
   return effect;
@@ -112,11 +112,12 @@ std::vector<Effect> FindEffects(const Hierarchy& hierarchy) {
       Interreflection(hierarchy),
       TwoSided(hierarchy),
       Replaced(scene, "textures", {Repair::kMap, Repair::kNoMap}, "the mean counts"),
-      Replaced(scene, "emission maps", {Repair::kEmissionMap}, "Ke alone counts"),
+      Replaced(scene, "emission maps", {Repair::kEmissionMap}, "the mean counts"),
       Replaced(scene, "opacity maps", {Repair::kOpacityMap}, "taken as opaque"),
       Replaced(scene, "mirrors", {Repair::kMirror}, "taken as diffuse, with Kd"),
       Replaced(scene, "gloss", {Repair::kGlossy}, "taken as diffuse, with Kd"),
       Replaced(scene, "clear glass", {Repair::kGlass}, "taken as opaque and diffuse, with Kd"),
+      Replaced(scene, "lights without area", {Repair::kLight}, "left out", "light"),
   };
 }
 

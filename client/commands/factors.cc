@@ -134,7 +134,7 @@ void AddFactorsCommand(CLI::App& app, Run& run) {
   auto options = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("factors", "form factors past obstacles between the polygons of a scene");
-  command->add_option("scene", options->scene, "Wavefront scene (.obj)")->required();
+  command->add_option("scene", options->scene, "scene file (.obj, .gltf, .glb)")->required();
   command
       ->add_option("--tolerance", options->factors.tolerance,
                    "error of A_p F_pq over the smaller area of the two polygons")

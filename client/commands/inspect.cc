@@ -131,7 +131,7 @@ void AddInspectCommand(CLI::App& app, Run& run) {
   auto options = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("inspect", "what the importer mends and what a scene calls for");
-  command->add_option("scene", options->scene, "Wavefront scene (.obj)")->required();
+  command->add_option("scene", options->scene, "scene file (.obj, .gltf, .glb)")->required();
   AddImportFlags(*command, &options->import);
   command->add_flag("--json", options->json, "print one JSON object");
   command->callback([options, &run] { run = [options] { return RunInspect(*options); }; });

@@ -73,7 +73,7 @@ void AddSolveCommand(CLI::App& app, Run& run) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "solve", "solve a scene with a coordinator and workers of its own, on this machine");
-  command->add_option("scene", options->scene, "scene file (.obj)")->required();
+  command->add_option("scene", options->scene, "scene file (.obj, .gltf, .glb)")->required();
   command->add_option("-o,--output", options->output, "patch file to write [SCENE.ply]");
   command->add_option("--workers", options->cluster.workers, "worker processes")
       ->check(CLI::Range(1, 256))

@@ -91,7 +91,7 @@ int RunSubmit(const Options& options) {
 void AddSubmitCommand(CLI::App& app, Run& run) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("submit", "hand a scene to the coordinator");
-  command->add_option("scene", options->scene, "scene file (.obj)")->required();
+  command->add_option("scene", options->scene, "scene file (.obj, .gltf, .glb)")->required();
   command->add_flag("--wait", options->wait, "follow the job to its end");
   command->add_option("-o,--output", options->output, "patch file to write, with --wait");
   command->add_option("--request-id", options->request_id,

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 
+#include "client/import/gltf_reader.h"
 #include "client/import/obj_reader.h"
 #include "client/import/repair.h"
 #include "client/import/text_file.h"
@@ -22,36 +23,52 @@ constexpr double kGrey = 0.5;                 // of faces without a material
 // Means of images, each decoded once; nothing where an image is missing or unreadable.
 class MapMeans {
  public:
-  std::optional<Rgb> Get(const std::string& folder, const std::string& name) {
-    const std::string path = FindFile(folder, name);
-    if (path.empty()) return std::nullopt;
-    const auto known = means_.find(path);
-    if (known != means_.end()) return known->second;
-    const Result<Rgb> mean = LinearMean(path);
-    return means_[path] = mean.has_value() ? std::optional<Rgb>(*mean) : std::nullopt;
+  explicit MapMeans(const SceneFile& file) : file_(file) {}
+
+  std::optional<Rgb> Get(const FileMap& map, Encoding encoding) {
+    const bool embedded = map.embedded != kNoImage;
+    const std::string name = embedded ? map.name : FindFile(map.folder, map.name);
+    if (name.empty()) return std::nullopt;
+    const auto [at, is_new] = means_.try_emplace({name, encoding});
+    if (!is_new) return at->second;
+    const Result<Rgb> mean =
+        embedded ? LinearMean(file_.images[map.embedded], name, encoding) : LinearMean(name);
+    if (mean.has_value()) at->second = *mean;
+    return at->second;
   }
 
  private:
-  std::map<std::string, std::optional<Rgb>> means_;
+  const SceneFile& file_;
+  std::map<std::pair<std::string, Encoding>, std::optional<Rgb>> means_;
 };
 
-void NoteEffects(const MtlMaterial& from, RepairLog* log) {
+void NoteEffects(const FileMaterial& from, RepairLog* log) {
   const auto where = [&] { return from.where; };
-  if (from.emission_map) log->Add(Repair::kEmissionMap, where);
   if (from.opacity_map) log->Add(Repair::kOpacityMap, where);
   if (from.mirror) log->Add(Repair::kMirror, where);
   if (from.glossy) log->Add(Repair::kGlossy, where);
   if (from.glass) log->Add(Repair::kGlass, where);
+  if (from.unlit) log->Add(Repair::kUnlit, where);
 }
 
-Material MakeMaterial(const MtlMaterial& from, MapMeans* maps, RepairLog* log) {
+Material MakeMaterial(const FileMaterial& from, MapMeans* maps, RepairLog* log) {
   const auto where = [&] { return from.where; };
+  // The mean of a map, 1 where there is none or it cannot be read.
+  const auto mean_of = [&](const FileMap& map, Encoding encoding, Repair kind) {
+    if (map.name.empty()) return Rgb(1.0);
+    const std::optional<Rgb> mean = maps->Get(map, encoding);
+    log->Add(mean ? kind : Repair::kNoMap, where);
+    return mean.value_or(Rgb(1.0));
+  };
   NoteEffects(from, log);
   Material material{from.name, from.diffuse, std::numbers::pi * from.radiance};
-  if (!from.diffuse_map.empty()) {
-    const std::optional<Rgb> mean = maps->Get(from.folder, from.diffuse_map);
-    log->Add(mean ? Repair::kMap : Repair::kNoMap, where);
-    material.reflectance *= mean.value_or(Rgb(1.0));
+  material.reflectance *= mean_of(from.diffuse_map, Encoding::kSrgb, Repair::kMap);
+  if (Sum(from.radiance) > 0) {
+    material.exitance *= mean_of(from.emission_map, Encoding::kSrgb, Repair::kEmissionMap);
+  }
+  if (from.metallic > 0) {
+    const double metal = mean_of(from.metallic_map, Encoding::kLinear, Repair::kMap).z;
+    material.reflectance *= 1 - from.metallic * metal;
   }
   bool lowered = false;
   for (int c = 0; c < 3; ++c) {
@@ -87,12 +104,12 @@ Result<double> MetresPer(const std::string& unit) {
 }
 
 // Only materials of faces count: their maps are read, their defects reported.
-std::vector<Material> MakeMaterials(const ObjFile& file, RepairLog* log) {
+std::vector<Material> MakeMaterials(const SceneFile& file, RepairLog* log) {
   std::vector<bool> used(file.materials.size(), false);
-  for (const ObjFace& face : file.faces) {
+  for (const FileFace& face : file.faces) {
     if (face.material != kNoMaterial) used[face.material] = true;
   }
-  MapMeans maps;
+  MapMeans maps(file);
   std::vector<Material> materials(file.materials.size());
   for (size_t m = 0; m < used.size(); ++m) {
     if (used[m]) materials[m] = MakeMaterial(file.materials[m], &maps, log);
@@ -101,18 +118,39 @@ std::vector<Material> MakeMaterials(const ObjFile& file, RepairLog* log) {
   return materials;
 }
 
-Result<Scene> ImportObj(const std::string& path, const ImportOptions& options) {
+// What the file says beside its surfaces, and does not count.
+void NoteRest(const SceneFile& file, RepairLog* log) {
+  const std::pair<Repair, const std::vector<std::string>*> rest[] = {
+      {Repair::kNoLibrary, &file.missing_libraries},
+      {Repair::kRepeatedMaterial, &file.repeated_materials},
+      {Repair::kLight, &file.lights},
+      {Repair::kLines, &file.lines},
+      {Repair::kAnimated, &file.animated},
+      {Repair::kCamera, &file.cameras}};
+  for (const auto& [kind, places] : rest) {
+    log->Add(kind, places->size(), [&places = *places] { return places[0]; });
+  }
+}
+
+struct Format {
+  const char* extension;
+  Result<SceneFile> (*read)(const std::string& path, const SceneLimits& limits);
+  const char* emission;  // how a material of it emits
+};
+
+constexpr Format kFormats[] = {
+    {".obj", ReadObj, "Ke above 0; give the lamps' material a line 'Ke r g b'"},
+    {".gltf", ReadGltf, "emissiveFactor above 0; give the lamps' material one"},
+    {".glb", ReadGltf, "emissiveFactor above 0; give the lamps' material one"},
+};
+
+Result<Scene> Import(const std::string& path, const Format& format, const ImportOptions& options) {
   Scene scene;
   ASSIGN_OR_RETURN(scene.metres_per_unit, MetresPer(options.unit));
   scene.unit = options.unit;
-  ASSIGN_OR_RETURN(const ObjFile file, ReadObj(path));
+  ASSIGN_OR_RETURN(const SceneFile file, format.read(path, SceneLimits()));
   RepairLog log;
-  for (const std::string& where : file.missing_libraries) {
-    log.Add(Repair::kNoLibrary, [&] { return where; });
-  }
-  for (const std::string& where : file.repeated_materials) {
-    log.Add(Repair::kRepeatedMaterial, [&] { return where; });
-  }
+  NoteRest(file, &log);
   scene.materials = MakeMaterials(file, &log);
   RETURN_IF_ERROR(BuildPolygons(file, options, &scene, &log));
   DropUnusedMaterials(&scene);
@@ -121,9 +159,8 @@ Result<Scene> ImportObj(const std::string& path, const ImportOptions& options) {
   if (!Emits(scene)) {
     if (!options.require_emission) return scene;
     return Error(StatusCode::kInvalidArgument,
-                 "{}: nothing emits light: no face has a material with Ke above 0; give the lamps' "
-                 "material a line 'Ke r g b' (radiance in W/(m² sr))",
-                 path);
+                 "{}: nothing emits light: no face has a material with {} (radiance in W/(m² sr))",
+                 path, format.emission);
   }
   if (const Status status = Validate(scene); !status.ok()) {
     return tl::unexpected(status.Within(path));
@@ -135,9 +172,13 @@ Result<Scene> ImportObj(const std::string& path, const ImportOptions& options) {
 
 Result<Scene> ImportScene(const std::string& path, const ImportOptions& options) {
   const std::string extension = std::filesystem::path(path).extension().string();
-  if (strcasecmp(extension.c_str(), ".obj") == 0) return ImportObj(path, options);
+  for (const Format& format : kFormats) {
+    if (strcasecmp(extension.c_str(), format.extension) == 0) return Import(path, format, options);
+  }
   return Error(StatusCode::kInvalidArgument,
-               "{}: '{}' is not a scene format; give a Wavefront file (.obj)", path, extension);
+               "{}: '{}' is not a scene format; give a Wavefront file (.obj) or glTF 2.0 (.gltf, "
+               ".glb)",
+               path, extension);
 }
 
 }  // namespace isolux

@@ -19,7 +19,8 @@ struct ImportOptions {
   bool prepare_for_transport = true;
 };
 
-// Reads `path` by its extension (.obj in any case). Errors name file, line and remedy.
+// Reads `path` by its extension (.obj, .gltf or .glb in any case). Errors name the file, the line
+// or element, and the remedy.
 Result<Scene> ImportScene(const std::string& path, const ImportOptions& options);
 
 }  // namespace isolux

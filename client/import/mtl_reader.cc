@@ -87,12 +87,12 @@ bool IsGlass(const tinyobj::material_t& m) {
 
 }  // namespace
 
-Result<std::vector<MtlMaterial>> ReadMtl(const std::string& path) {
+Result<std::vector<FileMaterial>> ReadMtl(const std::string& path) {
   ASSIGN_OR_RETURN(std::string bytes, ReadFile(path, kMostBytes));
   return ParseMtl(std::move(bytes), path);
 }
 
-Result<std::vector<MtlMaterial>> ParseMtl(std::string bytes, const std::string& path) {
+Result<std::vector<FileMaterial>> ParseMtl(std::string bytes, const std::string& path) {
   ASSIGN_OR_RETURN(CleanText file, CleanText::FromBytes(std::move(bytes), path));
   ASSIGN_OR_RETURN(const std::vector<ScannedMaterial> scanned, Scan(file));
   std::map<std::string, int> numbers;
@@ -100,17 +100,16 @@ Result<std::vector<MtlMaterial>> ParseMtl(std::string bytes, const std::string& 
   std::istringstream stream(std::move(file.text()));
   std::string warnings, errors;
   tinyobj::LoadMtl(&numbers, &parsed, &stream, &warnings, &errors);
-  std::vector<MtlMaterial> materials;
+  std::vector<FileMaterial> materials;
   for (size_t i = 0; i < scanned.size() && i < parsed.size(); ++i) {
     const tinyobj::material_t& from = parsed[i];
-    MtlMaterial material;
+    FileMaterial material;
     material.name = Trim(from.name);
     material.where = fmt::format("{}:{}", path, scanned[i].line);
-    material.folder = FolderOf(path);
-    material.diffuse_map = Trim(from.diffuse_texname);
-    material.diffuse = scanned[i].kd.value_or(Rgb(material.diffuse_map.empty() ? 0.0 : 1.0));
-    material.radiance = scanned[i].ke.value_or(Rgb(0.0));
-    material.emission_map = !from.emissive_texname.empty();
+    material.diffuse_map = {std::string(Trim(from.diffuse_texname)), FolderOf(path)};
+    material.emission_map = {std::string(Trim(from.emissive_texname)), FolderOf(path)};
+    material.diffuse = scanned[i].kd.value_or(Rgb(material.diffuse_map.name.empty() ? 0.0 : 1.0));
+    material.radiance = scanned[i].ke.value_or(Rgb(material.emission_map.name.empty() ? 0.0 : 1.0));
     material.opacity_map = !from.alpha_texname.empty();
     material.glass = IsGlass(from);
     material.mirror = !material.glass && (from.illum == 3 || from.illum == 5 || from.illum == 8);

@@ -7,6 +7,7 @@
 #include <streambuf>
 #include <unordered_map>
 
+#include "client/import/mtl_reader.h"
 #include "client/import/text_file.h"
 #include "common/util/file.h"
 
@@ -39,7 +40,7 @@ class Reader {
     file_.path = path;
   }
 
-  Result<ObjFile> Read();
+  Result<SceneFile> Read();
 
  private:
   class LibraryReader;
@@ -64,9 +65,9 @@ class Reader {
   CleanText text_;
   TextBuffer buffer_;
   SceneLimits limits_;
-  ObjFile file_;
+  SceneFile file_;
   Status status_;
-  std::vector<MaterialUse> uses_;  // ObjFace::material is an index into these until resolved
+  std::vector<MaterialUse> uses_;  // FileFace::material is an index into these until resolved
   std::unordered_map<std::string, uint32_t> use_of_;
   uint32_t use_ = kNoMaterial;
   std::unordered_map<std::string, uint32_t> material_of_;
@@ -158,7 +159,7 @@ void Reader::AddFace(const tinyobj::index_t* indices, int count) {
                 "a face with {} corners, more than {}; divide it into smaller ones", words.size(),
                 kMostCorners);
   }
-  ObjFace face{file_.corners.size(), static_cast<uint32_t>(words.size()), Line(), use_};
+  FileFace face{file_.corners.size(), static_cast<uint32_t>(words.size()), Line(), use_};
   const auto points = static_cast<int64_t>(file_.points.size());
   for (size_t i = 0; i < words.size(); ++i) {
     if (!IsCorner(words[i]) || i >= static_cast<size_t>(count)) {
@@ -204,12 +205,12 @@ void Reader::AddLibrary(const std::string& name) {
   if (loaded_.size() > kMostLibraries) {
     return Fail(StatusCode::kResourceExhausted, "more than {} material libraries", kMostLibraries);
   }
-  Result<std::vector<MtlMaterial>> materials = ReadMtl(path);
+  Result<std::vector<FileMaterial>> materials = ReadMtl(path);
   if (!materials.has_value()) {
     if (status_.ok()) status_ = materials.error();
     return;
   }
-  for (MtlMaterial& material : *materials) {
+  for (FileMaterial& material : *materials) {
     const auto number = static_cast<uint32_t>(file_.materials.size());
     if (!material_of_.emplace(material.name, number).second) {
       file_.repeated_materials.push_back(material.where);
@@ -220,7 +221,7 @@ void Reader::AddLibrary(const std::string& name) {
 }
 
 Status Reader::ResolveMaterials() {
-  for (ObjFace& face : file_.faces) {
+  for (FileFace& face : file_.faces) {
     if (face.material == kNoMaterial) continue;
     const MaterialUse& use = uses_[face.material];
     const auto found = material_of_.find(use.name);
@@ -243,7 +244,7 @@ Status Reader::ResolveMaterials() {
   return {};
 }
 
-Result<ObjFile> Reader::Read() {
+Result<SceneFile> Reader::Read() {
   tinyobj::callback_t callbacks;
   callbacks.vertex_cb = [](void* self, tinyobj::real_t, tinyobj::real_t, tinyobj::real_t,
                            tinyobj::real_t) { static_cast<Reader*>(self)->AddPoint(); };
@@ -268,12 +269,12 @@ Result<ObjFile> Reader::Read() {
 
 }  // namespace
 
-Result<ObjFile> ReadObj(const std::string& path, const SceneLimits& limits) {
+Result<SceneFile> ReadObj(const std::string& path, const SceneLimits& limits) {
   ASSIGN_OR_RETURN(std::string bytes, ReadFile(path, kMostBytes));
   return ParseObj(std::move(bytes), path, limits);
 }
 
-Result<ObjFile> ParseObj(std::string bytes, const std::string& path, const SceneLimits& limits) {
+Result<SceneFile> ParseObj(std::string bytes, const std::string& path, const SceneLimits& limits) {
   ASSIGN_OR_RETURN(CleanText text, CleanText::FromBytes(std::move(bytes), path));
   Reader reader(std::move(text), path, limits);
   return reader.Read();

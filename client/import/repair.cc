@@ -63,9 +63,9 @@ RepairText Describe(Repair kind) {
     case Repair::kMap:
       return {"reflectance maps replaced by their mean", false};
     case Repair::kNoMap:
-      return {"reflectance maps missing or unreadable, ignored", true};
+      return {"maps missing or unreadable, ignored", true};
     case Repair::kEmissionMap:
-      return {"emission maps ignored", false};
+      return {"emission maps replaced by their mean", false};
     case Repair::kOpacityMap:
       return {"opacity maps ignored", false};
     case Repair::kMirror:
@@ -74,6 +74,16 @@ RepairText Describe(Repair kind) {
       return {"glossy materials taken as diffuse", false};
     case Repair::kGlass:
       return {"glass materials taken as diffuse", false};
+    case Repair::kUnlit:
+      return {"unlit materials taken as diffuse", false};
+    case Repair::kLight:
+      return {"lights without area left out", false};
+    case Repair::kLines:
+      return {"meshes of points or lines left out", false};
+    case Repair::kAnimated:
+      return {"animations, skins and morphs left out: the pose at rest counts", false};
+    case Repair::kCamera:
+      return {"cameras of the file not used; render takes --camera", false};
   }
   return {"unknown", true};
 }
@@ -88,7 +98,7 @@ struct Face {
 
 class Builder {
  public:
-  Builder(const ObjFile& file, const ImportOptions& options, Scene* scene, RepairLog* log)
+  Builder(const SceneFile& file, const ImportOptions& options, Scene* scene, RepairLog* log)
       : file_(file), options_(options), scene_(*scene), log_(*log) {}
 
   void Run() {
@@ -96,7 +106,7 @@ class Builder {
     for (uint32_t f = 0; f < file_.faces.size(); ++f) AddFace(f);
     for (uint32_t f = 0; f < faces_.size(); ++f) Shape(f);
     if (options_.prepare_for_transport && !scene_.polygons.empty()) {
-      PrepareForTransport(&scene_, &log_, [&](uint32_t f) { return LineOf(f); });
+      PrepareForTransport(&scene_, &log_, [&](uint32_t f) { return WhereIs(f); });
     }
     scene_.file_polygon_count = static_cast<uint32_t>(file_.faces.size());
   }
@@ -117,14 +127,12 @@ class Builder {
   std::span<const uint32_t> CornersOf(const Face& face) const {
     return std::span(corners_).subspan(face.first, face.count);
   }
-  std::string LineOf(uint32_t f) const {
-    return fmt::format("{}:{}", file_.path, file_.faces[f].line);
-  }
+  std::string WhereIs(uint32_t f) const { return file_.Where(file_.faces[f]); }
   void Note(Repair kind, uint32_t f) {
-    log_.Add(kind, [&] { return LineOf(f); });
+    log_.Add(kind, [&] { return WhereIs(f); });
   }
 
-  const ObjFile& file_;
+  const SceneFile& file_;
   const ImportOptions& options_;
   Scene& scene_;
   RepairLog& log_;
@@ -171,10 +179,11 @@ void Builder::WeldPoints() {
 
 uint8_t Builder::SidesOf(uint32_t material) const {
   uint8_t sides = kFrontTakesPart;
-  if (!options_.reflect_front) sides |= kBackTakesPart;
+  const bool both = material < file_.materials.size() && file_.materials[material].double_sided;
+  if (!options_.reflect_front || both) sides |= kBackTakesPart;
   if (Sum(scene_.materials[material].exitance) > 0) {
     sides |= kFrontEmits;
-    if (options_.emit_both) sides |= kBackEmits | kBackTakesPart;
+    if (options_.emit_both || both) sides |= kBackEmits | kBackTakesPart;
   }
   return sides;
 }
@@ -238,7 +247,7 @@ void Builder::CleanCorners(std::vector<uint32_t>& corners) const {
 }
 
 void Builder::AddFace(uint32_t f) {
-  const ObjFace& from = file_.faces[f];
+  const FileFace& from = file_.faces[f];
   Face& face = faces_.emplace_back();
   std::vector<uint32_t> corners;
   for (uint32_t i = 0; i < from.count; ++i)
@@ -375,7 +384,7 @@ Status RepairLog::CheckStrict() const {
   return {};
 }
 
-Status BuildPolygons(const ObjFile& file, const ImportOptions& options, Scene* scene,
+Status BuildPolygons(const SceneFile& file, const ImportOptions& options, Scene* scene,
                      RepairLog* log) {
   Builder(file, options, scene, log).Run();
   if (scene->polygons.empty()) {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "client/import/import.h"
-#include "client/import/obj_reader.h"
+#include "client/import/scene_file.h"
 
 namespace isolux {
 
@@ -40,6 +40,11 @@ enum class Repair {
   kMirror,
   kGlossy,
   kGlass,
+  kUnlit,
+  kLight,
+  kLines,
+  kAnimated,
+  kCamera,
 };
 
 const char* ToText(Repair kind);
@@ -69,13 +74,13 @@ class RepairLog {
     uint64_t count = 0;
     std::string example;
   };
-  static constexpr size_t kKinds = static_cast<size_t>(Repair::kGlass) + 1;
+  static constexpr size_t kKinds = static_cast<size_t>(Repair::kCamera) + 1;
   std::array<Entry, kKinds> entries_;
 };
 
 // The vertices and polygons of `scene` from the faces of `file`. On entry the scene has its unit
 // and its materials, one for each of the file's and a last one for faces without.
-Status BuildPolygons(const ObjFile& file, const ImportOptions& options, Scene* scene,
+Status BuildPolygons(const SceneFile& file, const ImportOptions& options, Scene* scene,
                      RepairLog* log);
 
 }  // namespace isolux

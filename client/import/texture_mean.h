@@ -10,9 +10,15 @@
 
 namespace isolux {
 
-// Reads a PNG, JPG, TGA or BMP file whose values are sRGB-encoded (IEC 61966-2-1), decodes them and
-// averages over all pixels; transparency is ignored. An image of more than `most_pixels` is refused
-// before memory is taken for it.
+// How an image's values stand for light.
+enum class Encoding { kSrgb, kLinear };
+
+// Averages an encoded PNG, JPG, TGA or BMP image over all pixels, after decoding values that are
+// sRGB-encoded (IEC 61966-2-1); transparency is ignored. `name` stands in messages. An image of
+// more than `most_pixels` is refused before memory is taken for it.
+Result<Rgb> LinearMean(const std::string& bytes, const std::string& name, Encoding encoding,
+                       uint64_t most_pixels = 128ULL << 20);
+// Of an sRGB-encoded file.
 Result<Rgb> LinearMean(const std::string& path, uint64_t most_pixels = 128ULL << 20);
 
 // Linear value in [0, 1] of an sRGB-encoded one in [0, 1].

@@ -12,10 +12,10 @@ namespace {
 constexpr double kWeldOfExtent = 1e-6;
 
 // The shortest side of a face at each vertex.
-std::vector<double> ShortestSides(const ObjFile& file, const std::vector<uint32_t>& vertex_of,
+std::vector<double> ShortestSides(const SceneFile& file, const std::vector<uint32_t>& vertex_of,
                                   const std::vector<Vec3>& vertices) {
   std::vector<double> shortest(vertices.size(), std::numeric_limits<double>::infinity());
-  for (const ObjFace& face : file.faces) {
+  for (const FileFace& face : file.faces) {
     for (uint32_t i = 0; i < face.count; ++i) {
       const uint32_t a = vertex_of[file.corners[face.first + i]];
       const uint32_t b = vertex_of[file.corners[face.first + (i + 1) % face.count]];
@@ -30,7 +30,7 @@ std::vector<double> ShortestSides(const ObjFile& file, const std::vector<uint32_
 
 }  // namespace
 
-uint64_t JoinNearPoints(const ObjFile& file, std::vector<uint32_t>* vertex_of,
+uint64_t JoinNearPoints(const SceneFile& file, std::vector<uint32_t>* vertex_of,
                         std::vector<Vec3>* vertices) {
   const std::vector<double> shortest = ShortestSides(file, *vertex_of, *vertices);
   std::vector<Bounds3> boxes;

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "client/import/obj_reader.h"
+#include "client/import/scene_file.h"
 
 namespace isolux {
 
@@ -12,7 +12,7 @@ namespace isolux {
 // at either, to the lowest numbered: measured to that one, so that chains do not run together.
 // `vertex_of` maps the points of the file to the vertices and follows them. Returns how many were
 // joined.
-uint64_t JoinNearPoints(const ObjFile& file, std::vector<uint32_t>* vertex_of,
+uint64_t JoinNearPoints(const SceneFile& file, std::vector<uint32_t>* vertex_of,
                         std::vector<Vec3>* vertices);
 
 }  // namespace isolux

@@ -10,6 +10,7 @@ find_package(CLI11 CONFIG REQUIRED)
 find_package(nlohmann_json CONFIG REQUIRED)
 find_package(tl-expected CONFIG REQUIRED)
 find_package(tinyobjloader CONFIG REQUIRED)
+find_package(TinyGLTF CONFIG REQUIRED)  # Debian's shared library
 find_package(SQLite3 REQUIRED)
 find_package(PNG REQUIRED)
 find_package(PkgConfig REQUIRED)
@@ -22,7 +23,7 @@ target_link_libraries(isolux_dep_grpc INTERFACE gRPC::grpc++ gRPC::grpc++_reflec
 foreach(pair
     grpc=isolux_dep_grpc glm=glm::glm embree=embree spdlog=spdlog::spdlog cli11=CLI11::CLI11
     json=nlohmann_json::nlohmann_json expected=tl::expected obj=tinyobjloader::tinyobjloader_double
-    sqlite=SQLite::SQLite3 png=PNG::PNG xxhash=PkgConfig::xxhash stb=PkgConfig::stb
+    gltf=TinyGLTF::TinyGLTF     sqlite=SQLite::SQLite3 png=PNG::PNG xxhash=PkgConfig::xxhash stb=PkgConfig::stb
     openexr=PkgConfig::openexr protobuf=protobuf::libprotobuf threads=Threads::Threads)
   string(REPLACE "=" ";" pair "${pair}")
   list(GET pair 0 name)

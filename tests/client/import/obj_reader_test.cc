@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "client/import/mtl_reader.h"
 #include "tests/support/temp_dir.h"
 
 namespace isolux {
@@ -14,31 +15,32 @@ using testing::TempDir;
 
 const char kSquare[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
-ObjFile Read(const std::string& text) {
-  Result<ObjFile> file = ParseObj(text, "test.obj");
+SceneFile Read(const std::string& text) {
+  Result<SceneFile> file = ParseObj(text, "test.obj");
   EXPECT_TRUE(file.has_value()) << file.error().message();
-  return file.has_value() ? *file : ObjFile();
+  return file.has_value() ? *file : SceneFile();
 }
 
 std::string ErrorOf(const std::string& text) {
-  const Result<ObjFile> file = ParseObj(text, "test.obj");
+  const Result<SceneFile> file = ParseObj(text, "test.obj");
   EXPECT_FALSE(file.has_value());
   return file.has_value() ? "" : file.error().message();
 }
 
 TEST(ObjReader, ReadsFacesOfAnyCornerCount) {
-  const ObjFile file = Read(std::string(kSquare) + "v 0.5 2 0\nf 1 2 3\nf 1 2 3 4\nf 1 2 3 5 4\n");
+  const SceneFile file =
+      Read(std::string(kSquare) + "v 0.5 2 0\nf 1 2 3\nf 1 2 3 4\nf 1 2 3 5 4\n");
   EXPECT_EQ(file.points.size(), 5U);
   EXPECT_EQ(file.points[4], Vec3(0.5, 2, 0));
   ASSERT_EQ(file.faces.size(), 3U);
   EXPECT_EQ(file.faces[2].count, 5U);
-  EXPECT_EQ(file.faces[2].line, 8U);
+  EXPECT_EQ(file.faces[2].place, 8U);
   EXPECT_EQ(file.faces[2].material, kNoMaterial);
   EXPECT_THAT(file.corners, ElementsAre(0, 1, 2, 0, 1, 2, 3, 0, 1, 2, 4, 3));
 }
 
 TEST(ObjReader, CountsNegativeIndicesFromTheFace) {
-  const ObjFile file =
+  const SceneFile file =
       Read("v 0 0 0\nv 1 0 0\nv 1 1 0\nf -3 -2 -1\nv 0 0 1\nv 1 0 1\nv 1 1 1\nf -3/1 -2/1 -1/1\n");
   EXPECT_THAT(file.corners, ElementsAre(0, 1, 2, 3, 4, 5));
 }
@@ -52,37 +54,37 @@ TEST(ObjReader, TakesTextureAndNormalIndices) {
 }
 
 TEST(ObjReader, IgnoresCommentsBehindValuesAndCarriageReturns) {
-  const ObjFile file = Read(
+  const SceneFile file = Read(
       "# a head\r\nv 0 0 0 # origin\r\nv 1 0 0\t# x\r\nv 1 1 0\r\n\r\n# f 1 1 1\r\nf 1 2 3 # "
       "floor\r\n");
   EXPECT_EQ(file.faces.size(), 1U);
-  EXPECT_EQ(file.faces[0].line, 7U);
+  EXPECT_EQ(file.faces[0].place, 7U);
   EXPECT_EQ(file.faces[0].count, 3U);
 }
 
 TEST(ObjReader, ReadsOldMacintoshLinesBomAndNoFinalNewline) {
-  EXPECT_EQ(Read("v 0 0 0\rv 1 0 0\rv 1 1 0\rf 1 2 3").faces[0].line, 4U);
+  EXPECT_EQ(Read("v 0 0 0\rv 1 0 0\rv 1 1 0\rf 1 2 3").faces[0].place, 4U);
   EXPECT_EQ(Read("\xef\xbb\xbfv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3").faces.size(), 1U);
 }
 
 TEST(ObjReader, JoinsContinuedLines) {
-  const ObjFile file = Read(std::string(kSquare) + "f 1 2 \\\n  3 \\\r\n 4\nf 1 2 3\n");
+  const SceneFile file = Read(std::string(kSquare) + "f 1 2 \\\n  3 \\\r\n 4\nf 1 2 3\n");
   ASSERT_EQ(file.faces.size(), 2U);
   EXPECT_EQ(file.faces[0].count, 4U);
-  EXPECT_EQ(file.faces[0].line, 7U);
-  EXPECT_EQ(file.faces[1].line, 8U);
+  EXPECT_EQ(file.faces[0].place, 7U);
+  EXPECT_EQ(file.faces[1].place, 8U);
 }
 
 TEST(ObjReader, KeepsTheLastBitOfCoordinates) {
-  const ObjFile file =
+  const SceneFile file =
       Read("v 0.1 +2.5e-3 123456789.123456789\nv 1 0 0\nv 1e-400 1 0 1 0.5\nf 1 2 3\n");
   EXPECT_EQ(file.points[0], Vec3(0.1, 2.5e-3, 123456789.123456789));
   EXPECT_EQ(file.points[2], Vec3(0, 1, 0));
 }
 
 TEST(ObjReader, GroupsAndObjectsAndSmoothingDoNotMatter) {
-  const ObjFile file = Read(std::string("o room\ng walls floor\ns 1\n") + kSquare +
-                            "f 1 2 3\ng\ns off\nl 1 2\np 1\nf 2 3 4\ng other\nf 1 3 4\n");
+  const SceneFile file = Read(std::string("o room\ng walls floor\ns 1\n") + kSquare +
+                              "f 1 2 3\ng\ns off\nl 1 2\np 1\nf 2 3 4\ng other\nf 1 3 4\n");
   EXPECT_EQ(file.faces.size(), 3U);
 }
 
@@ -141,7 +143,7 @@ TEST(ObjReader, ReadsSeveralLibraries) {
   const std::string path = dir.Write(
       "room.obj", std::string("mtllib a.mtl b.mtl\nmtllib c d.mtl\n") + kSquare +
                       "usemtl three\nf 1 2 3\nusemtl one # red\nf 2 3 4\nusemtl two\nf 1 3 4\n");
-  const Result<ObjFile> file = ReadObj(path);
+  const Result<SceneFile> file = ReadObj(path);
   ASSERT_TRUE(file.has_value()) << file.error().message();
   EXPECT_EQ(file->materials[file->faces[0].material].name, "three");
   EXPECT_EQ(file->materials[file->faces[1].material].diffuse, Rgb(0.1, 0.2, 0.3));
@@ -154,7 +156,7 @@ TEST(ObjReader, FindsFilesInAnyCase) {
   dir.Write("LIB/ROOM.MTL", "newmtl Grey\r\nKd 0.5 0.5 0.5\r\n");
   const std::string path = dir.Write(
       "ROOM.OBJ", std::string("mtllib LIB\\room.mtl\r\nusemtl Grey\r\n") + kSquare + "f 1 2 3\r\n");
-  const Result<ObjFile> file = ReadObj(path);
+  const Result<SceneFile> file = ReadObj(path);
   ASSERT_TRUE(file.has_value()) << file.error().message();
   EXPECT_EQ(file->materials[0].diffuse, Rgb(0.5));
 }
@@ -182,7 +184,7 @@ TEST(ObjReader, MissingMaterialsNameTheRemedy) {
   const std::string unused =
       dir.Write("unused.obj", std::string("mtllib other.mtl gone.mtl\nusemtl red\nusemtl blue\n") +
                                   kSquare + "f 1 2 3\n");
-  const Result<ObjFile> file = ReadObj(unused);
+  const Result<SceneFile> file = ReadObj(unused);
   ASSERT_TRUE(file.has_value()) << file.error().message();
   EXPECT_THAT(file->missing_libraries, ElementsAre(HasSubstr("unused.obj:1")));
 }
@@ -204,13 +206,13 @@ TEST(MtlReader, ReadsWhatCounts) {
   const auto& m = *materials;
   EXPECT_EQ(m[0].name, "plain");
   EXPECT_EQ(m[0].where, "lib/x.mtl:2");
-  EXPECT_EQ(m[0].folder, "lib");
+  EXPECT_EQ(m[0].diffuse_map.folder, "lib");
   EXPECT_EQ(m[0].diffuse, Rgb(0.25, 0.5, 0.75));
   EXPECT_EQ(m[1].radiance, Rgb(3.0));
-  EXPECT_TRUE(m[1].emission_map);
+  EXPECT_EQ(m[1].emission_map.name, "glow.png");
   EXPECT_EQ(m[2].name, "map");
   EXPECT_EQ(m[2].diffuse, Rgb(1.0));
-  EXPECT_EQ(m[2].diffuse_map, "my wood.jpg");
+  EXPECT_EQ(m[2].diffuse_map.name, "my wood.jpg");
   EXPECT_TRUE(m[2].opacity_map);
   EXPECT_TRUE(m[3].mirror && !m[3].glossy && !m[3].glass);
   EXPECT_TRUE(!m[4].mirror && m[4].glossy && !m[4].glass);

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 
 #include "client/import/import.h"
 
@@ -105,6 +106,51 @@ INSTANTIATE_TEST_SUITE_P(
                       Expected{"sponza_dabrovic", 66'957}, Expected{"veach_lamp", 3'392},
                       Expected{"ward_office", 12'298}, Expected{"wooden_staircase", 262'662}),
     [](const auto& scene) { return std::string(scene.param.name); });
+
+struct MaterialSums {
+  double area_m2 = 0;      // of one side
+  Rgb power_w{0.0};        // emitted
+  Rgb reflecting_m2{0.0};  // reflectance times area
+};
+
+std::map<std::string, MaterialSums> SumsOf(const Scene& scene) {
+  std::map<std::string, MaterialSums> sums;
+  for (uint32_t p = 0; p < scene.polygons.size(); ++p) {
+    const Polygon& polygon = scene.polygons[p];
+    const Material& material = scene.materials[polygon.material];
+    const double area = SideGeometry(scene, p, Side::kFront).Area();
+    MaterialSums& sum = sums[material.name];
+    sum.area_m2 += area;
+    sum.reflecting_m2 += area * material.reflectance;
+    for (const SideFlags side : {kFrontEmits, kBackEmits}) {
+      if ((polygon.sides & side) != 0) sum.power_w += area * material.exitance;
+    }
+  }
+  return sums;
+}
+
+// The hall as OBJ, and as binary glTF that another program made from it, with points and colours in
+// single precision.
+TEST(SharedScenes, HallIsTheSameFromObjAndGltf) {
+  const std::string folder = SharedScenes();
+  if (folder.empty()) GTEST_SKIP() << "no collection of scenes; name its folder in ISOLUX_SHARED";
+  const Result<Scene> obj = ImportScene(folder + "/modern_hall/modern_hall.obj", {});
+  const Result<Scene> gltf = ImportScene(folder + "/modern_hall/modern_hall.glb", {});
+  ASSERT_TRUE(obj.has_value()) << obj.error().message();
+  ASSERT_TRUE(gltf.has_value()) << gltf.error().message();
+  EXPECT_LT(glm::length(obj->origin_m - gltf->origin_m), 1e-5);
+  const auto obj_sums = SumsOf(*obj);
+  const auto gltf_sums = SumsOf(*gltf);
+  ASSERT_EQ(obj_sums.size(), gltf_sums.size());
+  for (const auto& [name, want] : obj_sums) {
+    SCOPED_TRACE(name);
+    ASSERT_EQ(gltf_sums.count(name), 1U);
+    const MaterialSums& have = gltf_sums.at(name);
+    EXPECT_NEAR(have.area_m2, want.area_m2, 1e-5 * want.area_m2);
+    EXPECT_LT(glm::length(have.power_w - want.power_w), 1e-5 * glm::length(want.power_w) + 1e-12);
+    EXPECT_LT(glm::length(have.reflecting_m2 - want.reflecting_m2), 1e-5 * want.area_m2);
+  }
+}
 
 TEST(SharedScenes, RoomWithoutLampsIsRefused) {
   const std::string folder = SharedScenes();

@@ -1,0 +1,73 @@
+// What a scene file says, whatever its format: points, faces and materials as the file has them, in
+// the file's unit, before anything is mended.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/scene/scene.h"
+
+namespace isolux {
+
+inline constexpr uint32_t kNoMaterial = 0xffffffffu;
+inline constexpr uint32_t kNoImage = 0xffffffffu;
+
+// An image a material names: a file looked for beside the scene, or bytes inside it.
+struct FileMap {
+  std::string name;              // as messages show it; empty where there is no map
+  std::string folder;            // where the file `name` is looked for
+  uint32_t embedded = kNoImage;  // in SceneFile::images, which then holds the encoded image
+};
+
+struct FileMaterial {
+  std::string name;
+  std::string where;                  // "room.mtl:17" or "room.glb: materials[2]"
+  Rgb diffuse{0.0};                   // reflectance; 1 where only a map is given
+  Rgb radiance{0.0};                  // W/(m² sr)
+  FileMap diffuse_map, emission_map;  // colours, sRGB-encoded
+  // Of a metallic-roughness material: its diffuse part is 1 less this, times the mean of the map's
+  // blue channel (linear) where there is one.
+  double metallic = 0;
+  FileMap metallic_map;
+  bool double_sided = false;  // both sides reflect, and emit where the material does
+  bool opacity_map = false;
+  bool mirror = false;
+  bool glossy = false;  // and no mirror
+  bool glass = false;
+  bool unlit = false;  // shown without light by viewers
+};
+
+struct FileFace {
+  uint64_t first = 0;               // of its corners, in SceneFile::corners
+  uint32_t count = 0;               // at least 3
+  uint32_t place = 0;               // line of a text file, else number in SceneFile::parts
+  uint32_t material = kNoMaterial;  // in SceneFile::materials
+};
+
+struct SceneFile {
+  std::string path;
+  std::vector<Vec3> points;
+  std::vector<uint32_t> corners;  // numbers of points, from 0
+  std::vector<FileFace> faces;    // in file order: a face's number is its place
+  std::vector<FileMaterial> materials;
+  std::vector<std::string> images;  // encoded (PNG, JPEG, …), of formats that hold them
+  std::vector<std::string> parts;  // "nodes[3] 'lamp', meshes[1].primitives[0]"; none of text files
+
+  // Libraries named but not found, where ("room.obj:3"); no face needs a material of theirs.
+  std::vector<std::string> missing_libraries;
+  // Materials whose name was taken already, where ("room.mtl:17"); the first counts.
+  std::vector<std::string> repeated_materials;
+  // What the file holds beside its surfaces, where.
+  std::vector<std::string> cameras;
+  std::vector<std::string> lights;    // without area: points, spots, directions
+  std::vector<std::string> animated;  // animations, skins and morph targets
+  std::vector<std::string> lines;     // meshes of points and lines, which have no area
+
+  std::string Where(const FileFace& face) const {
+    return parts.empty() ? fmt::format("{}:{}", path, face.place)
+                         : fmt::format("{}: {}", path, parts[face.place]);
+  }
+};
+
+}  // namespace isolux
