@@ -27,6 +27,7 @@ int Main(int argc, char** argv) {
   AddFactorsCommand(app, run);
   AddRenderCommand(app, run);
   AddCompareCommand(app, run);
+  AddSweepCommand(app, run);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

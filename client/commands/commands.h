@@ -24,5 +24,6 @@ void AddInspectCommand(CLI::App& app, Run& run);
 void AddFactorsCommand(CLI::App& app, Run& run);
 void AddRenderCommand(CLI::App& app, Run& run);
 void AddCompareCommand(CLI::App& app, Run& run);
+void AddSweepCommand(CLI::App& app, Run& run);
 
 }  // namespace isolux

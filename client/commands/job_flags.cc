@@ -12,6 +12,11 @@
 #include "common/rpc/server_address.h"
 
 namespace isolux {
+namespace {
+
+constexpr const char* kSolving = "Solving";  // heading in the help
+
+}  // namespace
 
 void AddServerFlag(CLI::App& command, std::string* server) {
   *server = kDefaultServer;
@@ -21,11 +26,23 @@ void AddServerFlag(CLI::App& command, std::string* server) {
 }
 
 void AddSolveFlags(CLI::App& command, SolveOptions* options) {
-  const char* group = "Solving";
+  command
+      .add_option("--accuracy", options->accuracy,
+                  "mean error of the irradiance over its mean, in (0, 1]")
+      ->group(kSolving)
+      ->capture_default_str();
+  AddEffortFlags(command, options);
+  command
+      .add_option("--epsilons", options->epsilons,
+                  "thresholds of the rounds, W, separated by commas, instead of the schedule's")
+      ->group(kSolving)
+      ->delimiter(',');
+}
+
+void AddEffortFlags(CLI::App& command, SolveOptions* options) {
   const auto add = [&](const char* name, auto& value, const char* help) {
-    return command.add_option(name, value, help)->group(group)->capture_default_str();
+    return command.add_option(name, value, help)->group(kSolving)->capture_default_str();
   };
-  add("--accuracy", options->accuracy, "mean error of the irradiance over its mean, in (0, 1]");
   add("--max-seconds", options->max_seconds, "time budget; 0: none");
   add("--max-links", options->max_links, "link budget over all workers; 0: none");
   add("--max-memory", options->max_memory_bytes,
@@ -40,7 +57,7 @@ void AddSolveFlags(CLI::App& command, SolveOptions* options) {
   command
       .add_option("--distribution", options->distribution,
                   "of the pieces at the start: octree|random|input|balanced [octree]")
-      ->group(group)
+      ->group(kSolving)
       ->transform(CLI::CheckedTransformer(distributions).description(""));
   const std::map<std::string, BalanceStrategy> strategies = {
       {"none", BalanceStrategy::kNone},
@@ -49,15 +66,10 @@ void AddSolveFlags(CLI::App& command, SolveOptions* options) {
   command
       .add_option("--balance", options->balance,
                   "between rounds: none|rotate|greedy-refine [greedy-refine]")
-      ->group(group)
+      ->group(kSolving)
       ->transform(CLI::CheckedTransformer(strategies).description(""));
   add("--balance-threshold", options->balance_threshold,
       "max/mean of the predicted load above which pieces move");
-  command
-      .add_option("--epsilons", options->epsilons,
-                  "thresholds of the rounds, W, separated by commas, instead of the schedule's")
-      ->group(group)
-      ->delimiter(',');
   add("--seed", options->seed, "of the sampling");
   std::map<std::string, SolverMethod> methods;
   for (int m = 0; m <= static_cast<int>(SolverMethod::kSouthwell); ++m)
@@ -67,10 +79,24 @@ void AddSolveFlags(CLI::App& command, SolveOptions* options) {
           "--solver", options->solver,
           "of each round: cg|jacobi|gauss-seidel|chebyshev|southwell; all but the first are "
           "for study [cg]")
-      ->group(group)
+      ->group(kSolving)
       ->transform(CLI::CheckedTransformer(methods).description(""));
   // For tests: hidden.
   command.add_option("--forced-splits", options->forced_splits)->group("");
+}
+
+void AddClusterFlags(CLI::App& command, LocalCluster::Options* options) {
+  command.add_option("--workers", options->workers, "worker processes")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  command
+      .add_option("--threads", options->threads,
+                  "threads of each worker; 0: the cores shared out among them")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  command.add_option("--log-level", options->log_level, "of the child processes")
+      ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}))
+      ->capture_default_str();
 }
 
 int Fail(const char* command, const Status& status) {

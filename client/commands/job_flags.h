@@ -10,6 +10,7 @@
 
 #include "client/client.h"
 #include "client/commands/import_flags.h"
+#include "client/local_cluster.h"
 #include "common/scene/solve_options.h"
 #include "common/util/signals.h"
 #include "common/util/status.h"
@@ -27,6 +28,11 @@ void AddServerFlag(CLI::App& command, std::string* server);
 
 // Every field of SolveOptions, by its name.
 void AddSolveFlags(CLI::App& command, SolveOptions* options);
+// The same but for what says how fine the solution is to be: --accuracy and --epsilons.
+void AddEffortFlags(CLI::App& command, SolveOptions* options);
+
+// --workers, --threads and --log-level of a cluster of one's own.
+void AddClusterFlags(CLI::App& command, LocalCluster::Options* options);
 
 // Says what went wrong, "isolux COMMAND: …", and gives the exit code.
 int Fail(const char* command, const Status& status);

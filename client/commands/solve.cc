@@ -75,17 +75,7 @@ void AddSolveCommand(CLI::App& app, Run& run) {
       "solve", "solve a scene with a coordinator and workers of its own, on this machine");
   command->add_option("scene", options->scene, "scene file (.obj, .gltf, .glb)")->required();
   command->add_option("-o,--output", options->output, "patch file to write [SCENE.ply]");
-  command->add_option("--workers", options->cluster.workers, "worker processes")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
-  command
-      ->add_option("--threads", options->cluster.threads,
-                   "threads of each worker; 0: the cores shared out among them")
-      ->check(CLI::Range(0, 1024))
-      ->capture_default_str();
-  command->add_option("--log-level", options->cluster.log_level, "of the child processes")
-      ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}))
-      ->capture_default_str();
+  AddClusterFlags(*command, &options->cluster);
   command->add_flag("--json", options->json, "print one JSON object");
   AddSolveFlags(*command, &options->solve);
   AddImportFlags(*command, &options->import);

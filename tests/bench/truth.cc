@@ -13,14 +13,13 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <numbers>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "client/import/import.h"
-#include "client/output/interpolate.h"
+#include "client/output/comparison.h"
+#include "client/output/reference_points.h"
 #include "common/hierarchy/hierarchy.h"
 #include "common/scene/patch_file.h"
 #include "common/util/parallel.h"
@@ -36,13 +35,6 @@ constexpr double kPi = std::numbers::pi;
 double Now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
-
-struct TruePoint {
-  Vec3 position{0.0};  // in the file's unit
-  Vec3 normal{0.0};
-  Rgb irradiance{0.0};
-  Rgb deviation{0.0};  // standard error of the irradiance
-};
 
 // Paths from a point: light sampled by area and by direction, weighted by the balance heuristic.
 class PathTracer {
@@ -161,14 +153,16 @@ struct Flags {
   bool emit_both = false;
 };
 
+int Fail(const Status& status) {
+  std::fprintf(stderr, "%s\n", status.message().c_str());
+  return 2;
+}
+
 int Make(const std::string& path, const std::string& out, const Flags& flags) {
   ImportOptions import;
   import.emit_both = flags.emit_both;
   const Result<Scene> scene = ImportScene(path, import);
-  if (!scene) {
-    std::fprintf(stderr, "%s\n", scene.error().message().c_str());
-    return 2;
-  }
+  if (!scene) return Fail(scene.error());
   const PathTracer tracer(*scene);
   struct Tally {
     Rgb sum{0.0}, squares{0.0};
@@ -210,109 +204,30 @@ int Make(const std::string& path, const std::string& out, const Flags& flags) {
     mean = 0;
     for (const Tally& t : tally) mean += Sum(t.Mean()) / static_cast<double>(tally.size());
   }
-  std::ofstream file(out);
-  file.precision(17);
+  std::vector<ReferencePoint> points;
   double noise = 0;
   for (size_t i = 0; i < places.size(); ++i) {
     const Vec3 p = (places[i].position + scene->origin_m) / scene->metres_per_unit;
-    const Vec3 n = tracer.NormalOf(places[i].surface);
-    const Rgb h = tally[i].Mean(), d = tally[i].Deviation();
-    noise += 0.8 * Sum(d) / static_cast<double>(places.size());
-    for (const Vec3& v : {p, n, h, d}) file << v.x << ',' << v.y << ',' << v.z << ',';
-    file << '\n';
+    points.push_back(
+        {p, tracer.NormalOf(places[i].surface), tally[i].Mean(), tally[i].Deviation()});
+    noise += 0.8 * Sum(points[i].deviation) / static_cast<double>(places.size());
   }
+  if (const Status written = WriteReferencePoints(points, out); !written.ok()) return Fail(written);
   std::printf("points,%zu\nmean_irradiance,%.6g\nnoise,%.3g\n", places.size(), mean, noise / mean);
   return 0;
 }
 
-// The face that contains the point and looks along the normal, as far as rounding lets one tell.
-const PatchFace* FindFace(const PatchFile& file, const std::vector<Vec3>& normals,
-                          const TruePoint& point) {
-  const PatchFace* best = nullptr;
-  double best_distance = 1e-4;
-  std::vector<Vec3> corners;
-  for (size_t f = 0; f < file.faces.size(); ++f) {
-    if (glm::dot(normals[f], point.normal) < 0.999) continue;
-    const std::vector<uint32_t>& v = file.faces[f].vertices;
-    const double size = glm::distance(file.vertices[v[0]].position, file.vertices[v[2]].position);
-    double distance = std::abs(glm::dot(normals[f], point.position - file.vertices[v[0]].position));
-    if (distance > best_distance * size) continue;
-    for (size_t k = 0; k < v.size() && distance <= best_distance * size; ++k) {
-      const Vec3& a = file.vertices[v[k]].position;
-      const Vec3 side = file.vertices[v[(k + 1) % v.size()]].position - a;
-      const double length = glm::length(side);
-      if (length > 0) {
-        distance = std::max(distance,
-                            -glm::dot(glm::cross(normals[f], side), point.position - a) / length);
-      }
-    }
-    if (distance > best_distance * size) continue;
-    best = &file.faces[f];
-    best_distance = std::max(distance / size, 1e-12);
-  }
-  return best;
-}
-
-int Compare(const std::string& ply, const std::string& csv) {
+int CompareFiles(const std::string& ply, const std::string& csv) {
   const Result<PatchFile> file = ReadPatchFile(ply);
-  if (!file) {
-    std::fprintf(stderr, "%s\n", file.error().message().c_str());
-    return 2;
-  }
-  std::vector<Vec3> normals;
-  for (const PatchFace& face : file->faces) {
-    Vec3 sum(0.0);
-    const auto& v = face.vertices;
-    for (size_t i = 1; i + 1 < v.size(); ++i) {
-      sum += glm::cross(file->vertices[v[i]].position - file->vertices[v[0]].position,
-                        file->vertices[v[i + 1]].position - file->vertices[v[0]].position);
-    }
-    normals.push_back(sum / std::max(glm::length(sum), 1e-300));
-  }
-  std::ifstream in(csv);
-  std::string line;
-  double error = 0, net = 0, bias = 0, mean = 0;
-  int points = 0, dark = 0;
-  std::vector<std::pair<double, Vec3>> worst;
-  while (std::getline(in, line)) {
-    std::replace(line.begin(), line.end(), ',', ' ');
-    std::istringstream row(line);
-    TruePoint p;
-    for (Vec3* v : {&p.position, &p.normal, &p.irradiance, &p.deviation}) {
-      row >> v->x >> v->y >> v->z;
-    }
-    ++points;
-    Rgb found(0.0);
-    if (const PatchFace* face = FindFace(*file, normals, p)) {
-      std::vector<Vec3> corners;
-      for (const uint32_t v : face->vertices) corners.push_back(file->vertices[v].position);
-      std::vector<double> weights(corners.size());
-      MeanValueWeights(corners, p.position, weights);
-      for (size_t k = 0; k < corners.size(); ++k) {
-        const auto& h = file->vertices[face->vertices[k]].irradiance;
-        found += weights[k] * Rgb(h[0], h[1], h[2]);
-      }
-    } else {
-      ++dark;
-    }
-    for (int c = 0; c < 3; ++c) {
-      const double e = std::abs(found[c] - p.irradiance[c]), d = p.deviation[c];
-      error += e;
-      // The mean of |x + noise| is about √(x² + 0.64 d²).
-      net += std::sqrt(std::max(0.0, e * e - 0.64 * d * d));
-      bias += found[c] - p.irradiance[c];
-      mean += p.irradiance[c];
-    }
-    worst.emplace_back(Sum(glm::abs(found - p.irradiance)), p.position);
-  }
-  std::printf("l1,%.5f\nl1_net,%.5f\nbias,%.5f\ndark,%d of %d\n", error / mean, net / mean,
-              bias / mean, dark, points);
-  std::sort(worst.begin(), worst.end(),
-            [](const auto& a, const auto& b) { return a.first > b.first; });
-  for (size_t i = 0; i < std::min<size_t>(3, worst.size()); ++i) {
-    std::printf("worst,%.5f of the whole at %.4g %.4g %.4g\n", worst[i].first / mean,
-                worst[i].second.x, worst[i].second.y, worst[i].second.z);
-  }
+  if (!file) return Fail(file.error());
+  const auto points = ReadReferencePoints(csv);
+  if (!points) return Fail(points.error());
+  auto exact = *points;
+  for (ReferencePoint& point : exact) point.deviation = Rgb(0.0);
+  const Result<Comparison> raw = Compare(*file, exact), net = Compare(*file, *points);
+  if (!raw || !net) return Fail(raw ? net.error() : raw.error());
+  std::printf("l1,%.5f\nl1_net,%.5f\nbias,%.5f\ndark,%lu of %lu\n", raw->l1_relative,
+              net->l1_relative, net->bias_relative, net->unmatched, net->samples);
   return 0;
 }
 
@@ -331,7 +246,7 @@ int main(int argc, char** argv) {
       flags.emit_both = std::strcmp(argv[i + 1], "both") == 0;
   }
   if (mode == "make") return isolux::Make(argv[2], argv[3], flags);
-  if (mode == "compare") return isolux::Compare(argv[2], argv[3]);
+  if (mode == "compare") return isolux::CompareFiles(argv[2], argv[3]);
   std::fprintf(stderr,
                "usage: truth make SCENE.obj POINTS.csv [...] | compare ROOM.ply POINTS.csv\n");
   return 2;

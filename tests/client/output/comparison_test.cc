@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/client/output/patches.h"
 
 namespace isolux {
@@ -70,6 +72,75 @@ TEST(Compare, NeedsSomethingToBeRelativeTo) {
   const auto result = Compare(dark, lit, {});
   ASSERT_TRUE(result.has_value());
   EXPECT_NEAR(result->l1_relative, 1, 1e-9);
+}
+
+// Points along the strips with what is expected there.
+std::vector<ReferencePoint> PointsOnStrips(double expected, double deviation) {
+  std::vector<ReferencePoint> points;
+  for (int i = 0; i < 400; ++i) {
+    const double x = 4 * (i + 0.5) / 400;
+    points.push_back({{x, 0.3, 1}, {0, 0, 1}, Rgb(expected), Rgb(deviation)});
+  }
+  return points;
+}
+
+TEST(CompareWithPoints, GivesTheErrorOfAKnownField) {
+  // Expected 2, found 2 + x / 4 − 1/2: |Δ| has mean 1/4, square 1/12, largest 1/2, no bias.
+  const PatchFile file = Strips(5, [](double x) { return 1.5 + 0.25 * x; });
+  const auto result = Compare(file, PointsOnStrips(2, 0));
+  ASSERT_TRUE(result.has_value());
+  EXPECT_NEAR(result->l1_relative, 0.125, 1e-5);
+  EXPECT_NEAR(result->rms_relative, std::sqrt(1.0 / 12) / 2, 1e-5);
+  EXPECT_NEAR(result->max_relative, 0.25, 1e-3);
+  EXPECT_NEAR(result->p95_local, 0.2375, 1e-3);
+  EXPECT_NEAR(result->bias_relative, 0, 1e-6);
+  EXPECT_EQ(result->samples, 400U);
+  EXPECT_EQ(result->unmatched, 0U);
+}
+
+TEST(CompareWithPoints, ChannelsAddUp) {
+  PatchFile file = Strips(1, [](double) { return 0; });
+  for (PatchVertex& v : file.vertices) v.irradiance = {3, 1, 2};
+  const ReferencePoint point{{1, 0.5, 1}, {0, 0, 1}, {2, 2, 2}, Rgb(0.0)};
+  const auto result = Compare(file, std::vector{point});
+  ASSERT_TRUE(result.has_value());
+  EXPECT_NEAR(result->l1_relative, 2.0 / 6, 1e-6);
+  EXPECT_NEAR(result->bias_relative, 0, 1e-6);
+}
+
+TEST(CompareWithPoints, TakesOffTheNoiseOfThePoints) {
+  // An error of 0.5 and normal noise of 0.3 look like √(0.25 + 2/π 0.09) on average.
+  const double seen = std::sqrt(0.25 + 2 / M_PI * 0.09);
+  const PatchFile file = Strips(2, [&](double) { return 2 + seen; });
+  const auto result = Compare(file, PointsOnStrips(2, 0.3));
+  ASSERT_TRUE(result.has_value());
+  EXPECT_NEAR(result->l1_relative, 0.25, 1e-6);
+  const PatchFile right = Strips(2, [](double) { return 2.1; });
+  EXPECT_EQ(Compare(right, PointsOnStrips(2, 0.3))->l1_relative, 0);
+}
+
+TEST(CompareWithPoints, APointOnNoFaceIsDark) {
+  const PatchFile file = Strips(2, [](double) { return 1; });
+  std::vector<ReferencePoint> points = PointsOnStrips(1, 0);
+  for (size_t i = 0; i < 100; ++i) points[i].position.z += 0.01;
+  for (size_t i = 100; i < 200; ++i) points[i].normal = {0, 0, -1};
+  const auto result = Compare(file, points);
+  ASSERT_TRUE(result.has_value());
+  EXPECT_EQ(result->unmatched, 200U);
+  EXPECT_NEAR(result->l1_relative, 0.5, 1e-9);
+}
+
+TEST(CompareWithPoints, TellsSidesAndSheetsApart) {
+  PatchFile file;
+  testing::AddFace(file, {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, 0, 1);
+  testing::AddFace(file, {{0, 0, 0}, {0, 1, 0}, {1, 1, 0}, {1, 0, 0}}, 0, 2);
+  testing::AddFace(file, {{0, 0, 5e-5}, {1, 0, 5e-5}, {1, 1, 5e-5}, {0, 1, 5e-5}}, 0, 3);
+  const ReferencePoint above{{0.3, 0.4, 1e-9}, {0, 0, 1}, Rgb(1), Rgb(0.0)};
+  const ReferencePoint below{{0.3, 0.4, 1e-9}, {0, 0, -1}, Rgb(2), Rgb(0.0)};
+  const ReferencePoint sheet{{0.3, 0.4, 5.1e-5}, {0, 0, 1}, Rgb(3), Rgb(0.0)};
+  const auto result = Compare(file, std::vector{above, below, sheet});
+  ASSERT_TRUE(result.has_value());
+  EXPECT_NEAR(result->l1_relative, 0, 1e-9);
 }
 
 }  // namespace
