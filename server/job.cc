@@ -31,6 +31,12 @@ double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+// Of options that were checked when the job was handed in.
+EffectsTable Plan(const Hierarchy& hierarchy, const SolveOptions& options) {
+  return PlanEffects(hierarchy, options.accuracy,
+                     ParseEffectsChoice(options.effects).value_or(EffectsChoice{}));
+}
+
 uint64_t DefaultMemoryShare() {
   const auto pages = static_cast<double>(sysconf(_SC_PHYS_PAGES));
   const auto page_bytes = static_cast<double>(sysconf(_SC_PAGE_SIZE));
@@ -64,7 +70,8 @@ struct JobRunner::Impl {
       : input(std::move(input_in)),
         callbacks(std::move(callbacks_in)),
         limits(std::move(limits_in)),
-        hierarchy(*input.scene) {
+        hierarchy(*input.scene),
+        effects(Plan(hierarchy, input.options)) {
     if (limits.memory_share_bytes == 0) limits.memory_share_bytes = DefaultMemoryShare();
     const size_t known = std::min(input.snapshots.size(), input.rounds.size());
     for (size_t k = 0; k < known; ++k) {
@@ -98,6 +105,7 @@ struct JobRunner::Impl {
   JobCallbacks callbacks;
   JobLimits limits;
   const Hierarchy hierarchy;
+  const EffectsTable effects;
   Traffic traffic;
   Clock::time_point started = Clock::now();
   Clock::time_point told = started;
@@ -136,8 +144,8 @@ Result<SolveResult> JobRunner::Impl::Run() {
     if (patch.has_value()) {
       crew->Dismiss(MessageKind::kEndJob, input.job);
       summary.seconds = Seconds();
-      patch->comments = MakeComments({input.name, *input.scene, input.scene_hash, input.options},
-                                     summary, traffic);
+      patch->comments = MakeComments(
+          {input.name, *input.scene, input.scene_hash, input.options, effects}, summary, traffic);
       return SolveResult{std::move(*patch), summary};
     }
     if (crew != nullptr && crew->loss()) {

@@ -82,6 +82,14 @@ std::string RepairLine(const RepairReport::Entry& entry) {
                      entry.example.empty() ? "" : " (" + entry.example + ")");
 }
 
+std::string EffectLine(const Effect& effect) {
+  return fmt::format("{} {} present {} bound {} evidence {}; {}", effect.name,
+                     effect.decision == "not simulated" ? "not-simulated" : effect.decision,
+                     effect.present ? "yes" : "no",
+                     effect.bound ? fmt::format("{:.4g}", *effect.bound) : "-", effect.evidence,
+                     effect.reason);
+}
+
 }  // namespace
 
 Result<RoundSummary> MergeReports(const PerWorker<RoundReport>& reports, uint32_t round) {
@@ -163,6 +171,8 @@ Comments MakeComments(const Asked& asked, const SolveSummary& summary, const Tra
   add("accuracy", asked.options.accuracy);
   add("seed", asked.options.seed);
   add("solver", ToText(asked.options.solver));
+  add("effects", asked.options.effects);
+  for (const Effect& effect : asked.effects.effects) add("effect", EffectLine(effect));
   add("end_reason", ToText(summary.end_reason));
   add("rounds", summary.rounds.size());
   add("epsilons", Epsilons(summary));

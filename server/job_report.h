@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/hierarchy/assignment.h"
+#include "common/hierarchy/effects/plan.h"
 #include "common/hierarchy/shard_data.h"
 #include "common/scene/scene.h"
 #include "common/scene/solve_options.h"
@@ -34,10 +35,11 @@ struct Asked {
   const Scene& scene;
   const std::string& scene_hash;
   const SolveOptions& options;
+  const EffectsTable& effects;
 };
 
-// `comment isolux KEY VALUE` lines of the patch file: what was asked, what was reached, one line a
-// round, bytes by phase, and by connection and phase.
+// `comment isolux KEY VALUE` lines of the patch file: what was asked, what was reached, one line an
+// effect and a round, bytes by phase, and by connection and phase.
 std::vector<std::pair<std::string, std::string>> MakeComments(const Asked& asked,
                                                               const SolveSummary& summary,
                                                               const Traffic& traffic);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "common/hierarchy/effects/plan.h"
 #include "common/util/random.h"
 #include "worker/radiosity/ambient.h"
 #include "worker/radiosity/closure.h"
@@ -58,6 +59,7 @@ struct Shard::Impl {
   RayScene rays;
   Tree tree;
   SolveOptions options;
+  EffectsPlan plan;
   std::unique_ptr<NodeSampler> sampler;
   std::unique_ptr<Placement> placement;
   LinkSet links;
@@ -66,7 +68,7 @@ struct Shard::Impl {
   std::unique_ptr<Gatherer> gatherer;  // of the installed snapshot, made when first asked for
   Scout scout;
 
-  RefineScene refine_scene() const { return {&rays, sampler.get(), options.seed}; }
+  RefineScene refine_scene() const { return {&rays, sampler.get(), options.seed, plan.occlusion}; }
   Status Refine(double epsilon, Exchange& exchange, RefineCounters& counters) {
     gatherer.reset();
     return isolux::Refine(epsilon, refine_scene(), tree, *placement, pool, links, counters,
@@ -91,6 +93,8 @@ Shard::~Shard() = default;
 
 Status Shard::Start(const SolveOptions& options, const Assignment& assignment, uint32_t self) {
   impl_->options = options;
+  ASSIGN_OR_RETURN(const EffectsChoice choice, ParseEffectsChoice(options.effects));
+  impl_->plan = PlanEffects(impl_->hierarchy, options.accuracy, choice).plan;
   impl_->gatherer.reset();
   impl_->links = {};
   impl_->sampler = std::make_unique<NodeSampler>(impl_->tree);
@@ -177,18 +181,23 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
   const std::vector<double> escape = EscapeShares(nodes);
   std::vector<RowBounds> bounds = BoundRows(nodes, escape);
   const double tolerance = std::min(1e-3, 0.1 * accuracy);
-  ASSIGN_OR_RETURN(ClosureSummary closing, Close(product, leaves, bounds, tolerance, exchange));
+  ClosureSummary closing;
+  if (plan.closure) {
+    ASSIGN_OR_RETURN(closing, Close(product, leaves, bounds, tolerance, exchange));
+  }
   LinkTransport transport(product, leaves);
-  SolverOptions solver;
-  solver.accuracy = accuracy;
-  ASSIGN_OR_RETURN(SolverResult solution,
-                   isolux::Solve(options.solver, transport, leaves, start, solver, exchange));
-  if (solution.indefinite) {
+  const auto solve = [&]() -> Result<SolverResult> {
+    if (!plan.interreflection) return SolveDirect(transport, leaves, exchange);
+    SolverOptions solver;
+    solver.accuracy = accuracy;
+    return isolux::Solve(options.solver, transport, leaves, start, solver, exchange);
+  };
+  ASSIGN_OR_RETURN(SolverResult solution, solve());
+  if (solution.indefinite && plan.closure) {
     // Some rows could not be brought down while others were brought up: bring down alone.
     for (RowBounds& row : bounds) row.low = 0;
     ASSIGN_OR_RETURN(closing, Close(product, leaves, bounds, tolerance, exchange));
-    ASSIGN_OR_RETURN(solution,
-                     isolux::Solve(options.solver, transport, leaves, start, solver, exchange));
+    ASSIGN_OR_RETURN(solution, solve());
   }
   ASSIGN_OR_RETURN(const ErrorEstimate errors,
                    EstimateError(product, tree, leaves, solution.irradiance, {start, old_leaf},

@@ -25,6 +25,13 @@ void AddImportFlags(CLI::App& command, ImportOptions* options) {
   command.add_flag("--strict", options->strict, "refuse a scene that would have to be mended");
 }
 
+void AddEffectsFlag(CLI::App& command, std::string* effects) {
+  command
+      .add_option("--effects", *effects,
+                  "what to simulate: auto|all|none, then +NAME and -NAME, separated by commas")
+      ->capture_default_str();
+}
+
 std::string DescribeRepairs(const RepairReport& repairs) {
   std::string text;
   for (const RepairReport::Entry& entry : repairs.entries) {

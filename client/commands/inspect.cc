@@ -1,5 +1,5 @@
 // isolux inspect scene.obj [--emit front|both] [--reflect both|front] [--unit m|cm|mm|in|ft]
-//                          [--strict] [--json]
+//                          [--strict] [--accuracy A] [--effects CHOICE] [--json]
 //
 // What the importer found and mended, and which effects the scene calls for. A scene in which
 // nothing emits is shown, too, with a word that it cannot be solved.
@@ -12,8 +12,9 @@
 #include <vector>
 
 #include "client/commands/commands.h"
-#include "client/commands/effects.h"
 #include "client/commands/import_flags.h"
+#include "common/hierarchy/effects/plan.h"
+#include "common/scene/solve_options.h"
 
 namespace isolux {
 namespace {
@@ -24,6 +25,8 @@ struct Options {
   std::string scene;
   ImportOptions import;
   bool json = false;
+  double accuracy = SolveOptions().accuracy;
+  std::string effects = "auto";
 };
 
 // What is counted about a scene.
@@ -31,11 +34,11 @@ struct Figures {
   uint64_t triangles = 0, quads = 0, emitters = 0;
   double area_m2 = 0;  // of the polygons, one side counted
   Bounds3 bounds;      // in the file's unit and place
-  std::vector<Effect> effects;
+  EffectsTable effects;
   uint64_t surfaces = 0;
 };
 
-Figures Count(const Scene& scene) {
+Figures Count(const Scene& scene, double accuracy, const EffectsChoice& choice) {
   Figures figures;
   for (uint32_t p = 0; p < scene.polygons.size(); ++p) {
     const ConvexPolygon shape = SideGeometry(scene, p, Side::kFront);
@@ -50,7 +53,7 @@ Figures Count(const Scene& scene) {
   figures.emitters =
       static_cast<uint64_t>(std::count_if(hierarchy.surfaces().begin(), hierarchy.surfaces().end(),
                                           [](const Surface& s) { return Sum(s.exitance) > 0; }));
-  figures.effects = FindEffects(hierarchy);
+  figures.effects = PlanEffects(hierarchy, accuracy, choice);
   return figures;
 }
 
@@ -66,11 +69,12 @@ void PrintText(const Scene& scene, const Figures& figures) {
              low.y, low.z, high.x, high.y, high.z, scene.unit);
   const std::string repairs = DescribeRepairs(scene.repairs);
   fmt::print("\nrepairs{}\n{}", repairs.empty() ? ": none" : "", repairs);
-  fmt::print("\n{:<19} {:<8} {:<9} {}\n", "effect", "present", "bound", "evidence; decision");
-  for (const Effect& effect : figures.effects) {
-    fmt::print("{:<19} {:<8} {:<9} {}; {}\n", effect.name, effect.present ? "yes" : "no",
-               effect.bound ? fmt::format("{:.3g}", *effect.bound) : "-", effect.evidence,
-               effect.decision);
+  fmt::print("\n{:<16} {:<8} {:<9} {:<14} {}\n", "effect", "present", "bound", "decision",
+             "evidence; reason");
+  for (const Effect& effect : figures.effects.effects) {
+    fmt::print("{:<16} {:<8} {:<9} {:<14} {}; {}\n", effect.name, effect.present ? "yes" : "no",
+               effect.bound ? fmt::format("{:.3g}", *effect.bound) : "-", effect.decision,
+               effect.evidence, effect.reason);
   }
 }
 
@@ -81,12 +85,13 @@ json ToJson(const Scene& scene, const Figures& figures) {
     repairs.push_back({{"kind", entry.kind}, {"count", entry.count}, {"example", entry.example}});
   }
   json effects = json::array();
-  for (const Effect& effect : figures.effects) {
+  for (const Effect& effect : figures.effects.effects) {
     effects.push_back({{"name", effect.name},
                        {"present", effect.present},
                        {"evidence", effect.evidence},
                        {"bound", effect.bound ? json(*effect.bound) : json()},
-                       {"decision", effect.decision}});
+                       {"decision", effect.decision},
+                       {"reason", effect.reason}});
   }
   return {{"file_polygons", scene.file_polygon_count},
           {"polygons", scene.polygons.size()},
@@ -101,7 +106,8 @@ json ToJson(const Scene& scene, const Figures& figures) {
           {"scene_hash", HashOf(Encode(scene))},
           {"solvable", Emits(scene)},
           {"repairs", repairs},
-          {"effects", effects}};
+          {"effects", effects},
+          {"neglected", figures.effects.neglected}};
 }
 
 int RunInspect(Options options) {
@@ -111,7 +117,12 @@ int RunInspect(Options options) {
     fmt::print(stderr, "isolux inspect: {}\n", scene.error().message());
     return 2;
   }
-  const Figures figures = Count(*scene);
+  const Result<EffectsChoice> choice = ParseEffectsChoice(options.effects);
+  if (!choice) {
+    fmt::print(stderr, "isolux inspect: {}\n", choice.error().message());
+    return 2;
+  }
+  const Figures figures = Count(*scene, options.accuracy, *choice);
   if (options.json) {
     fmt::print("{}\n",
                ToJson(*scene, figures).dump(-1, ' ', false, json::error_handler_t::replace));
@@ -133,6 +144,12 @@ void AddInspectCommand(CLI::App& app, Run& run) {
       app.add_subcommand("inspect", "what the importer mends and what a scene calls for");
   command->add_option("scene", options->scene, "scene file (.obj, .gltf, .glb)")->required();
   AddImportFlags(*command, &options->import);
+  command
+      ->add_option("--accuracy", options->accuracy,
+                   "mean error of the irradiance over its mean, by which effects are judged")
+      ->check(CLI::Range(1e-9, 1.0))
+      ->capture_default_str();
+  AddEffectsFlag(*command, &options->effects);
   command->add_flag("--json", options->json, "print one JSON object");
   command->callback([options, &run] { run = [options] { return RunInspect(*options); }; });
 }

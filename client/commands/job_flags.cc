@@ -81,6 +81,7 @@ void AddEffortFlags(CLI::App& command, SolveOptions* options) {
           "for study [cg]")
       ->group(kSolving)
       ->transform(CLI::CheckedTransformer(methods).description(""));
+  AddEffectsFlag(command, &options->effects);
   // For tests: hidden.
   command.add_option("--forced-splits", options->forced_splits)->group("");
 }

@@ -17,6 +17,7 @@ v1::SolveOptions ToProto(const SolveOptions& options) {
   message.mutable_epsilons()->Assign(options.epsilons.begin(), options.epsilons.end());
   message.set_seed(options.seed);
   message.set_solver(static_cast<v1::SolverMethod>(options.solver));
+  message.set_effects(options.effects);
   return message;
 }
 
@@ -47,6 +48,7 @@ Result<SolveOptions> FromProto(const v1::SolveOptions& message) {
   options.epsilons.assign(message.epsilons().begin(), message.epsilons().end());
   options.seed = message.seed();
   options.solver = static_cast<SolverMethod>(message.solver());
+  if (!message.effects().empty()) options.effects = message.effects();
   return options;
 }
 

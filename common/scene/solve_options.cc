@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "common/scene/effects_choice.h"
+
 namespace isolux {
 namespace {
 
@@ -45,6 +47,7 @@ Status SolveOptions::Validate() const {
     }
     last = epsilon;
   }
+  RETURN_IF_ERROR(ParseEffectsChoice(effects));
   return {};
 }
 

@@ -30,6 +30,7 @@ struct SolveOptions {
   std::vector<double> epsilons;  // thresholds to use, W, one a round; empty: chosen by the schedule
   uint64_t seed = 1;             // of the sampling
   SolverMethod solver = SolverMethod::kConjugateGradients;
+  std::string effects = "auto";  // what to simulate: see effects_choice.h
 
   Status Validate() const;
 };

@@ -33,9 +33,9 @@ struct LinkBench {
         Placement::Make(tree, {{{NodeId::kCluster, 0}}, {0}, 1}, 0).value());
     const NodeSampler sampler(tree);
     epsilon_w = share * emitted;
-    EXPECT_TRUE(
-        Refine(epsilon_w, {&rays, &sampler, 1}, tree, *placement, pool, links, counters, nullptr)
-            .ok());
+    EXPECT_TRUE(Refine(epsilon_w, {&rays, &sampler, 1, !hierarchy.convex()}, tree, *placement, pool,
+                       links, counters, nullptr)
+                    .ok());
     nodes = Subscribe(tree, *placement, links, exchange).value();
     product = std::make_unique<Product>(tree, *placement, links, nodes, pool, exchange);
     for (const uint32_t node : nodes.leaves) {

@@ -146,12 +146,8 @@ class Evaluator {
     link.variation_q = static_cast<float>(variation.over_q);
     link.error_code = EncodeCouplingError(coupling.error_m2, coupling.coupling_m2);
     link.visible_share = 65535;
-    if (hierarchy.convex()) {
-      link.visible_rays = Link::kProved;
-      return Judge(link);
-    }
     // Whatever the rays would say, such a link is too uncertain: split it without.
-    if (kSmallestDeviation * coupling.coupling_m2 * brighter > epsilon_w_) {
+    if (scene_.occlusion && kSmallestDeviation * coupling.coupling_m2 * brighter > epsilon_w_) {
       link.visible_rays = Link::kRays;
       if (const Verdict verdict = Judge(link); verdict != Verdict::kKeep) return verdict;
     }
@@ -160,6 +156,11 @@ class Evaluator {
   }
 
   void Sample(Link& link, uint8_t& rays) const {
+    if (!scene_.occlusion) {
+      link.visible_share = 65535;
+      link.visible_rays = Link::kProved;
+      return;
+    }
     const SampledVisibility sampled =
         SampleVisibility(tree_, *scene_.sampler, *scene_.rays, link.p, link.q, scene_.seed);
     rays = static_cast<uint8_t>(sampled.traced);

@@ -49,6 +49,7 @@ struct RefineScene {
   const RayScene* rays = nullptr;
   const NodeSampler* sampler = nullptr;
   uint64_t seed = 1;
+  bool occlusion = true;  // whether anything may stand between
 };
 
 // The links of one worker: those of its own blocks, and the crown's, which every worker keeps.

@@ -153,4 +153,21 @@ Result<SolverResult> Solve(SolverMethod method, Transport& transport, const Leaf
   return Error(StatusCode::kInternal, "no such solver: {}", static_cast<int>(method));
 }
 
+Result<SolverResult> SolveDirect(Transport& transport, const LeafSystem& leaves,
+                                 Exchange& exchange) {
+  solver::ChannelSums emitted;
+  double largest = 0;
+  for (size_t i = 0; i < leaves.size(); ++i) {
+    solver::Add(leaves.exitance[i] * leaves.area_m2[i], emitted);
+    largest = std::max(largest, solver::LargestOf(leaves.reflectance[i]));
+  }
+  SolverResult result;
+  ASSIGN_OR_RETURN(const auto sums,
+                   solver::ReduceSums(exchange, {emitted}, largest, &result.largest_eigenvalue));
+  const SolverOptions options;
+  const solver::Problem problem{transport, leaves, {}, sums[0], options, exchange};
+  RETURN_IF_ERROR(solver::Finish(problem, leaves.exitance, &result));
+  return result;
+}
+
 }  // namespace isolux

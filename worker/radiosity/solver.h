@@ -48,6 +48,11 @@ Result<SolverResult> Solve(SolverMethod method, Transport& transport, const Leaf
                            std::span<const Lanes> start, const SolverOptions& options,
                            Exchange& exchange);
 
+// Direct light alone: one product of what is emitted. What would be reflected of it is the
+// residual.
+Result<SolverResult> SolveDirect(Transport& transport, const LeafSystem& leaves,
+                                 Exchange& exchange);
+
 // Smallest eigenvalue of a symmetric tridiagonal matrix, by bisection on Sturm's sequence.
 double SmallestEigenvalue(std::span<const double> diagonal, std::span<const double> off_diagonal);
 

@@ -5,9 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "client/commands/commands.h"
-#include "client/commands/effects.h"
 #include "client/commands/import_flags.h"
-#include "tests/support/scenes.h"
+#include "common/hierarchy/effects/plan.h"
 #include "tests/support/temp_dir.h"
 
 namespace isolux {
@@ -46,11 +45,11 @@ std::string OwnScene(const std::string& name) {
   return std::string(ISOLUX_SOURCE_DIR) + "/scenes/" + name;
 }
 
-const Effect& Find(const std::vector<Effect>& effects, const std::string& name) {
+Effect Find(const std::vector<Effect>& effects, const std::string& name) {
   const auto found = std::find_if(effects.begin(), effects.end(),
                                   [&](const Effect& effect) { return effect.name == name; });
   EXPECT_NE(found, effects.end()) << name;
-  return *found;
+  return found == effects.end() ? Effect() : *found;
 }
 
 TEST(Inspect, JsonHasTheAgreedKeys) {
@@ -69,7 +68,7 @@ TEST(Inspect, JsonHasTheAgreedKeys) {
   EXPECT_EQ(figures["scene_hash"].get<std::string>().size(), 32U);
   ASSERT_GT(figures["effects"].size(), 5U);
   for (const json& effect : figures["effects"]) {
-    for (const char* key : {"name", "present", "evidence", "bound", "decision"}) {
+    for (const char* key : {"name", "present", "evidence", "bound", "decision", "reason"}) {
       EXPECT_TRUE(effect.contains(key)) << key;
     }
   }
@@ -97,10 +96,29 @@ TEST(Inspect, ShowsDarkScenesAndSaysSo) {
   EXPECT_EQ(figures["repairs"][0]["count"], 1);
 }
 
+TEST(Inspect, JudgesEffectsByTheAccuracyAndTheChoice) {
+  const auto decision = [](const std::vector<std::string>& flags, const char* name) {
+    std::vector<std::string> args = {"inspect", OwnScene("furnace_cube.obj"), "--json"};
+    args.insert(args.end(), flags.begin(), flags.end());
+    const Outcome outcome = RunCommand(args);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    const json figures = json::parse(outcome.out);
+    for (const json& effect : figures["effects"]) {
+      if (effect["name"] == name) return effect["decision"].get<std::string>();
+    }
+    return std::string("missing");
+  };
+  EXPECT_EQ(decision({}, "occlusion"), "off");
+  EXPECT_EQ(decision({}, "interreflection"), "on");
+  EXPECT_EQ(decision({"--effects", "all"}, "occlusion"), "on");
+  EXPECT_EQ(decision({"--effects=-interreflection"}, "interreflection"), "off");
+}
+
 TEST(Inspect, BadInputEndsWithTwo) {
   EXPECT_EQ(RunCommand({"inspect"}).code, 2);
   EXPECT_EQ(RunCommand({"inspect", OwnScene("room.obj"), "--unit", "yd"}).code, 2);
   EXPECT_EQ(RunCommand({"inspect", OwnScene("room.obj"), "--emit", "back"}).code, 2);
+  EXPECT_EQ(RunCommand({"inspect", OwnScene("room.obj"), "--effects", "+ghosts"}).code, 2);
   const Outcome gone = RunCommand({"inspect", OwnScene("gone.obj")});
   EXPECT_EQ(gone.code, 2);
   EXPECT_THAT(gone.err, HasSubstr("gone.obj"));
@@ -120,35 +138,6 @@ TEST(ImportFlags, ReachTheOptions) {
   EXPECT_EQ(options.unit, "ft");
 }
 
-TEST(Effects, FurnaceCallsForLittle) {
-  const Scene scene = testing::FurnaceCube(0.5, 1);
-  const auto effects = FindEffects(Hierarchy(scene));
-  EXPECT_FALSE(Find(effects, "colour channels").present);
-  EXPECT_FALSE(Find(effects, "occlusion").present);
-  EXPECT_EQ(Find(effects, "occlusion").bound, 0.0);
-  EXPECT_TRUE(Find(effects, "interreflection").present);
-  EXPECT_EQ(Find(effects, "interreflection").bound, 1.0);
-  EXPECT_FALSE(Find(effects, "two-sided polygons").present);
-  EXPECT_FALSE(Find(effects, "mirrors").present);
-}
-
-TEST(Effects, CornellBoxCallsForColourShadowsAndBacks) {
-  const Scene scene = testing::CornellBox(true);
-  const auto effects = FindEffects(Hierarchy(scene));
-  EXPECT_TRUE(Find(effects, "colour channels").present);
-  EXPECT_GT(Find(effects, "colour channels").bound.value_or(0), 0.3);
-  EXPECT_TRUE(Find(effects, "occlusion").present);
-  EXPECT_TRUE(Find(effects, "two-sided polygons").present);
-}
-
-TEST(Effects, LampsOfSeveralColoursNeedChannels) {
-  Scene scene = testing::FurnaceCube(0.5, 1);
-  scene.materials[0].exitance = {1, 0.5, 0.5};
-  EXPECT_TRUE(Find(FindEffects(Hierarchy(scene)), "colour channels").present);
-  scene.materials[0].exitance = {3, 3, 3};
-  EXPECT_FALSE(Find(FindEffects(Hierarchy(scene)), "colour channels").present);
-}
-
 TEST(Effects, WhatTheImporterReplacedIsNamed) {
   const TempDir dir;
   dir.Write("a.mtl", "newmtl m\nKd 0.1 0.1 0.1\nKs 1 1 1\nillum 3\nnewmtl l\nKe 1 1 1\nd 0.5\n");
@@ -157,11 +146,11 @@ TEST(Effects, WhatTheImporterReplacedIsNamed) {
                                            "1\nusemtl m\nf 1 2 3\nusemtl l\nf 1 3 4\n"),
                                  {});
   ASSERT_TRUE(scene.has_value()) << scene.error().message();
-  const auto effects = FindEffects(Hierarchy(*scene));
+  const auto effects = PlanEffects(Hierarchy(*scene), 0.02, {}).effects;
   EXPECT_TRUE(Find(effects, "mirrors").present);
-  EXPECT_THAT(Find(effects, "mirrors").decision, HasSubstr("present, not simulated"));
+  EXPECT_EQ(Find(effects, "mirrors").decision, "not simulated");
   EXPECT_THAT(Find(effects, "mirrors").evidence, HasSubstr("a.mtl:1"));
-  EXPECT_TRUE(Find(effects, "clear glass").present);
+  EXPECT_TRUE(Find(effects, "clear-glass").present);
   EXPECT_FALSE(Find(effects, "textures").present);
 }
 

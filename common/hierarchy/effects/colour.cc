@@ -1,0 +1,62 @@
+#include <algorithm>
+#include <cmath>
+
+#include "common/hierarchy/effects/detectors.h"
+
+namespace isolux {
+namespace {
+
+double LargestOf(const Rgb& c) { return std::max({c.x, c.y, c.z}); }
+
+// Largest distance of a channel's reflectance from the mean of the surface's, with the largest such
+// mean.
+struct Tint {
+  double largest = 0, mean = 0;
+  double area_m2 = 0, total_m2 = 0;  // of surfaces that are not grey, of all
+};
+
+Tint FindTint(const Hierarchy& hierarchy) {
+  Tint tint;
+  for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
+    const Rgb& rho = hierarchy.surfaces()[s].reflectance;
+    const double mean = Sum(rho) / 3, off = LargestOf(glm::abs(rho - Rgb(mean)));
+    tint.largest = std::max(tint.largest, off);
+    tint.mean = std::max(tint.mean, mean);
+    tint.total_m2 += hierarchy.surface_area_m2(s);
+    if (off > 1e-9) tint.area_m2 += hierarchy.surface_area_m2(s);
+  }
+  return tint;
+}
+
+// Whether all lamps are of one colour, bright or dim.
+bool LampsAreAlike(const Hierarchy& hierarchy) {
+  Rgb first(0.0);
+  for (const Surface& s : hierarchy.surfaces()) {
+    const double sum = Sum(s.exitance);
+    if (!(sum > 0)) continue;
+    const Rgb colour = s.exitance / sum;
+    if (Sum(first) == 0) first = colour;
+    if (LargestOf(glm::abs(colour - first)) > 1e-9) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+// With ρ' = ρ + δ in place of ρ, H' − H = (I − Fρ')⁻¹ F (ρ' − ρ) H, and F hands on no more power
+// than it takes: Σ A|H' − H| ≤ δ/(1 − ρ'max) Σ A H, channel by channel. Lamps of several colours
+// have no such bound.
+Effect DetectColour(const Hierarchy& hierarchy) {
+  const Tint tint = FindTint(hierarchy);
+  const bool alike = LampsAreAlike(hierarchy);
+  Effect effect{.name = "colour", .present = tint.largest > 1e-9 || !alike};
+  effect.support = Support::kFixed;
+  effect.evidence =
+      fmt::format("{:.4g} of {:.4g} m² reflect in colour, up to {:.3g} off grey; lamps of {}",
+                  tint.area_m2, tint.total_m2, tint.largest, alike ? "one colour" : "several");
+  if (alike) effect.bound = tint.largest > 1e-9 ? tint.largest / (1 - tint.mean) : 0.0;
+  effect.reason = "three channels side by side";
+  return effect;
+}
+
+}  // namespace isolux

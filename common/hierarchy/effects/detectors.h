@@ -1,0 +1,32 @@
+// What finds effects in a scene, a function each, a file a group. Each fills in all of a row but
+// the decision. A new effect is a function here and a line in plan.cc.
+#pragma once
+
+#include "common/hierarchy/effects/effect.h"
+#include "common/hierarchy/hierarchy.h"
+
+namespace isolux {
+
+// light.cc: how light goes from side to side.
+Effect DetectOcclusion(const Hierarchy& hierarchy);
+Effect DetectInterreflection(const Hierarchy& hierarchy);
+Effect DetectClosure(const Hierarchy& hierarchy);
+Effect DetectTwoSided(const Hierarchy& hierarchy);
+
+// colour.cc
+Effect DetectColour(const Hierarchy& hierarchy);
+
+// What the importer found in the file and replaced by something simpler (replaced.cc), by what the
+// repair report says of it.
+Effect DetectTextures(const Scene& scene);
+Effect DetectEmissionMaps(const Scene& scene);
+Effect DetectOpacityMaps(const Scene& scene);
+Effect DetectMirrors(const Scene& scene);
+Effect DetectGloss(const Scene& scene);
+Effect DetectClearGlass(const Scene& scene);
+Effect DetectLights(const Scene& scene);
+
+// Largest component of any reflectance.
+double LargestReflectance(const Hierarchy& hierarchy);
+
+}  // namespace isolux

@@ -1,0 +1,74 @@
+#include <algorithm>
+
+#include "common/hierarchy/effects/detectors.h"
+
+namespace isolux {
+
+double LargestReflectance(const Hierarchy& hierarchy) {
+  double largest = 0;
+  for (const Surface& s : hierarchy.surfaces()) {
+    largest = std::max({largest, s.reflectance.x, s.reflectance.y, s.reflectance.z});
+  }
+  return largest;
+}
+
+Effect DetectOcclusion(const Hierarchy& hierarchy) {
+  Effect effect{.name = "occlusion", .present = !hierarchy.convex()};
+  if (effect.present) {
+    effect.evidence = "polygons stand in front of others";
+  } else {
+    effect.evidence = "one convex room: nothing stands between";
+    effect.bound = 0.0;
+  }
+  return effect;
+}
+
+// Without it H = FE alone. What is missing is F(ρH), and F hands on no more power than it takes:
+// Σ A(H − FE) ≤ Σ A ρH ≤ ρ_max Σ A H.
+Effect DetectInterreflection(const Hierarchy& hierarchy) {
+  const double rho = LargestReflectance(hierarchy);
+  Effect effect{.name = "interreflection", .present = rho > 0};
+  double area = 0, emitted = 0;
+  for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
+    const Surface& surface = hierarchy.surfaces()[s];
+    if (Sum(surface.reflectance) > 0) area += hierarchy.surface_area_m2(s);
+    emitted += hierarchy.surface_area_m2(s) * Sum(surface.exitance);
+  }
+  effect.evidence = fmt::format("{:.4g} of {:.4g} m² reflect, up to {:.3g}, of {:.4g} W", area,
+                                hierarchy.clusters()[0].area_m2, rho, emitted);
+  effect.bound = rho;
+  return effect;
+}
+
+// What couplings miss of a row is magnified by 1/(1 − ρ); without reflection by nothing. How much
+// they miss the scene alone does not tell.
+Effect DetectClosure(const Hierarchy& hierarchy) {
+  const double rho = LargestReflectance(hierarchy);
+  Effect effect{.name = "closure", .present = rho > 0};
+  effect.evidence = fmt::format("errors of couplings count up to {:.3g} times", 1 / (1 - rho));
+  return effect;
+}
+
+Effect DetectTwoSided(const Hierarchy& hierarchy) {
+  const auto& polygons = hierarchy.scene().polygons;
+  std::vector<uint8_t> sides(polygons.size(), 0);
+  double area = 0, area_of_both = 0;
+  uint64_t both = 0;
+  for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
+    const uint32_t polygon = hierarchy.surfaces()[s].polygon;
+    area += hierarchy.surface_area_m2(s);
+    if (++sides[polygon] < 2) continue;
+    ++both;
+    area_of_both += 2 * hierarchy.surface_area_m2(s);
+  }
+  Effect effect{.name = "two-sided", .present = both > 0};
+  effect.support = Support::kFixed;
+  effect.evidence = fmt::format("{} of {} polygons take part with both sides, {:.4g} of {:.4g} m²",
+                                both, polygons.size(), area_of_both, area);
+  if (!effect.present) effect.bound = 0.0;
+  effect.reason = both > 0 ? "a surface for each side, as --reflect and --emit ask"
+                           : "one surface for each polygon";
+  return effect;
+}
+
+}  // namespace isolux

@@ -1,0 +1,105 @@
+#include "common/hierarchy/effects/plan.h"
+
+#include <algorithm>
+
+#include "common/hierarchy/effects/detectors.h"
+#include "common/util/check.h"
+
+namespace isolux {
+namespace {
+
+// Shares of the accuracy that one effect may cost, and all together.
+constexpr double kShareOfOne = 1.0 / 5, kShareOfAll = 1.0 / 2;
+
+std::vector<Effect> DetectAll(const Hierarchy& hierarchy) {
+  const Scene& scene = hierarchy.scene();
+  return {
+      DetectColour(hierarchy),   DetectOcclusion(hierarchy), DetectInterreflection(hierarchy),
+      DetectClosure(hierarchy),  DetectTwoSided(hierarchy),  DetectTextures(scene),
+      DetectEmissionMaps(scene), DetectOpacityMaps(scene),   DetectMirrors(scene),
+      DetectGloss(scene),        DetectClearGlass(scene),    DetectLights(scene),
+  };
+}
+
+void Decide(bool on, std::string reason, Effect* effect) {
+  effect->on = on;
+  effect->decision = on ? "on" : "off";
+  effect->reason = std::move(reason);
+}
+
+void DecideByBound(double accuracy, Effect* effect) {
+  if (!effect->present) {
+    Decide(false, "nothing calls for it", effect);
+  } else if (!effect->bound) {
+    Decide(true, "no bound on what it would cost to neglect it", effect);
+  } else {
+    const double share = kShareOfOne * accuracy;
+    const bool on = *effect->bound >= share;
+    Decide(on,
+           fmt::format("its bound is {} {:.3g}, a fifth of the accuracy",
+                       on ? "not below" : "below", share),
+           effect);
+  }
+}
+
+// What is left out although it is present, largest bound first, until the rest may be.
+double SwitchOnTheLargest(double accuracy, std::vector<Effect>* effects) {
+  while (true) {
+    double sum = 0;
+    Effect* largest = nullptr;
+    for (Effect& effect : *effects) {
+      if (effect.support != Support::kSwitchable || effect.on || !effect.present) continue;
+      sum += effect.bound.value_or(0);
+      if (largest == nullptr || *effect.bound > *largest->bound) largest = &effect;
+    }
+    if (!(sum > kShareOfAll * accuracy)) return sum;
+    Decide(true, "what would be left out adds up to more than half of the accuracy", largest);
+  }
+}
+
+void Choose(const EffectsChoice& choice, std::vector<Effect>* effects) {
+  for (Effect& effect : *effects) {
+    if (effect.support != Support::kSwitchable) continue;
+    if (choice.base == EffectsChoice::Base::kAll) Decide(true, "asked for: all", &effect);
+    if (choice.base == EffectsChoice::Base::kNone) Decide(false, "asked for: none", &effect);
+    if (choice.on.contains(effect.name)) Decide(true, "switched on", &effect);
+    if (choice.off.contains(effect.name)) Decide(false, "switched off", &effect);
+  }
+}
+
+Effect& Find(std::vector<Effect>& effects, std::string_view name) {
+  const auto found = std::ranges::find(effects, name, &Effect::name);
+  CHECK(found != effects.end());
+  return *found;
+}
+
+}  // namespace
+
+EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const EffectsChoice& choice) {
+  EffectsTable table;
+  table.effects = DetectAll(hierarchy);
+  for (Effect& effect : table.effects) {
+    if (effect.support == Support::kSwitchable) {
+      DecideByBound(accuracy, &effect);
+    } else {
+      effect.on = effect.present && effect.support == Support::kFixed;
+      effect.decision = effect.on ? "on" : effect.present ? "not simulated" : "off";
+      if (effect.reason.empty()) effect.reason = "nothing calls for it";
+    }
+  }
+  if (choice.base == EffectsChoice::Base::kAuto) {
+    table.neglected = SwitchOnTheLargest(accuracy, &table.effects);
+  }
+  Choose(choice, &table.effects);
+  Effect& closure = Find(table.effects, "closure");
+  const bool asked_for = choice.on.contains("closure") || choice.base == EffectsChoice::Base::kAll;
+  if (closure.on && !asked_for && !Find(table.effects, "interreflection").on) {
+    Decide(false, "direct light alone: what rows miss is not magnified", &closure);
+  }
+  table.plan.occlusion = Find(table.effects, "occlusion").on;
+  table.plan.interreflection = Find(table.effects, "interreflection").on;
+  table.plan.closure = closure.on;
+  return table;
+}
+
+}  // namespace isolux
