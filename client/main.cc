@@ -28,6 +28,7 @@ int Main(int argc, char** argv) {
   AddRenderCommand(app, run);
   AddCompareCommand(app, run);
   AddSweepCommand(app, run);
+  AddReportCommand(app, run);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

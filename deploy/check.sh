@@ -58,6 +58,7 @@ check_includes() {
     'client/import: common/util common/vec.h common/scene common/hierarchy client/import'
     'client/output: common/util common/vec.h common/scene common/hierarchy client/output'
     'client/web: common/util client/web'
+    'client/report: common/util common/vec.h common/scene client/output client/web client/report'
     'client/commands/factors: common client worker/factors isolux'
     'client: common client isolux'
     'tests: common worker server client tests isolux'

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # From a fresh clone to a picture: installs the packages, builds, starts a coordinator and two workers
-# on this machine, solves the Cornell box and renders it. Leaves out/cornell_box.ply and
-# out/cornell_box.png; everything it started is stopped at the end, however it ends.
+# on this machine, solves the Cornell box, renders it and reports what it took. Leaves
+# out/cornell_box.ply, out/cornell_box.png and out/cornell_box.html; everything it started is stopped at the end, however it ends.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -61,4 +61,5 @@ if ! "$isolux" submit scenes/cornell_box/cornell_box.obj --unit mm --accuracy 0.
   exit 1
 fi
 "$isolux" render out/cornell_box.ply --camera scenes/cornell_box/camera.json -o out/cornell_box.png
-echo "quickstart: see out/cornell_box.png; out/cornell_box.ply opens in any mesh viewer"
+"$isolux" report 1 --camera scenes/cornell_box/camera.json -o out/cornell_box.html --server "$address"
+echo "quickstart: see out/cornell_box.png, and out/cornell_box.html in a browser; out/cornell_box.ply opens in any mesh viewer"

@@ -25,5 +25,6 @@ void AddFactorsCommand(CLI::App& app, Run& run);
 void AddRenderCommand(CLI::App& app, Run& run);
 void AddCompareCommand(CLI::App& app, Run& run);
 void AddSweepCommand(CLI::App& app, Run& run);
+void AddReportCommand(CLI::App& app, Run& run);
 
 }  // namespace isolux

@@ -38,7 +38,7 @@ class MemoryStream : public Imf::OStream {
 
 }  // namespace
 
-Status WritePng(const std::string& path, int width, int height, const std::vector<uint8_t>& rgb) {
+Result<std::string> EncodePng(int width, int height, const std::vector<uint8_t>& rgb) {
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   image.width = static_cast<png_uint_32>(width);
@@ -47,10 +47,15 @@ Status WritePng(const std::string& path, int width, int height, const std::vecto
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
   std::string bytes(size, '\0');
   if (png_image_write_to_memory(&image, bytes.data(), &size, 0, rgb.data(), 0, nullptr) == 0) {
-    return MakeStatus(StatusCode::kInternal, "{}: cannot be encoded: {}", path, image.message);
+    return Error(StatusCode::kInternal, "the picture cannot be encoded: {}", image.message);
   }
   bytes.resize(size);
-  return WriteFileDurably(path, bytes);
+  return bytes;
+}
+
+Status WritePng(const std::string& path, int width, int height, const std::vector<uint8_t>& rgb) {
+  const auto bytes = EncodePng(width, height, rgb);
+  return bytes ? WriteFileDurably(path, *bytes) : bytes.error().Within(path);
 }
 
 Status WriteExr(const std::string& path, const Image& image) {

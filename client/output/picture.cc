@@ -66,7 +66,7 @@ std::optional<PatchHit> CastThrough(const PatchScene& scene, const Camera& camer
 }
 
 Rgb RenderPixel(const PatchScene& scene, const Camera& camera, const RenderOptions& options, int x,
-                int y, Shader& shader) {
+                int y, const Colouring& colouring, const Rgb& background) {
   // The R2 sequence [Roberts18], the same in all pixels: straight edges come out even.
   constexpr double kR2X = 0.7548776662466927, kR2Y = 0.5698402909980532;
   Random random(options.seed);
@@ -75,8 +75,7 @@ Rgb RenderPixel(const PatchScene& scene, const Camera& camera, const RenderOptio
   for (int s = 0; s < options.samples; ++s) {
     const double u = shift_x + kR2X * s, v = shift_y + kR2Y * s;
     const auto hit = CastThrough(scene, camera, x + u - std::floor(u), y + v - std::floor(v));
-    if (!hit.has_value()) continue;
-    Rgb radiance = shader.Radiance(*hit);
+    Rgb radiance = hit.has_value() ? colouring(*hit) : background;
     const double luminance = Luminance(radiance);
     if (options.brightest > 0 && luminance > options.brightest) {
       radiance *= options.brightest / luminance;
@@ -114,19 +113,28 @@ Rgb MapTone(const Rgb& radiance, const Exposure& exposure) {
 
 Image Render(const PatchScene& scene, const Camera& camera, const RenderOptions& options,
              ThreadPool& pool) {
+  const auto radiance = [&scene] {
+    return [shader = Shader(scene)](const PatchHit& hit) mutable { return shader.Radiance(hit); };
+  };
+  return RenderColours(scene, camera, options, radiance, Rgb(0.0), pool);
+}
+
+Image RenderColours(const PatchScene& scene, const Camera& camera, const RenderOptions& options,
+                    const std::function<Colouring()>& make, const Rgb& background,
+                    ThreadPool& pool) {
   Image image{camera.width, camera.height, {}};
   image.rgb.assign(3 * static_cast<size_t>(camera.width) * static_cast<size_t>(camera.height), 0);
   const int columns = (camera.width + kTile - 1) / kTile,
             rows = (camera.height + kTile - 1) / kTile;
   const auto tiles = static_cast<size_t>(columns) * static_cast<size_t>(rows);
   pool.For(tiles, 1, [&](size_t begin, size_t end, int) {
-    Shader shader(scene);
+    const Colouring colouring = make();
     for (size_t tile = begin; tile < end; ++tile) {
       const int x0 = kTile * static_cast<int>(tile % static_cast<size_t>(columns));
       const int y0 = kTile * static_cast<int>(tile / static_cast<size_t>(columns));
       for (int y = y0; y < std::min(y0 + kTile, camera.height); ++y) {
         for (int x = x0; x < std::min(x0 + kTile, camera.width); ++x) {
-          const Rgb radiance = RenderPixel(scene, camera, options, x, y, shader);
+          const Rgb radiance = RenderPixel(scene, camera, options, x, y, colouring, background);
           float* pixel =
               &image.rgb[3 * (static_cast<size_t>(y) * static_cast<size_t>(camera.width) +
                               static_cast<size_t>(x))];

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,12 @@ struct RenderOptions {
 Image Render(const PatchScene& scene, const Camera& camera, const RenderOptions& options,
              ThreadPool& pool);
 
+// The same view in other colours (linear): `make` gives each thread the colouring of its hits.
+using Colouring = std::function<Rgb(const PatchHit&)>;
+Image RenderColours(const PatchScene& scene, const Camera& camera, const RenderOptions& options,
+                    const std::function<Colouring()>& make, const Rgb& background,
+                    ThreadPool& pool);
+
 enum class ToneMap { kReinhard, kLinear };
 Result<ToneMap> ParseToneMap(const std::string& text);  // reinhard|linear
 
@@ -49,6 +56,9 @@ Exposure AutoExposure(const PatchScene& scene, const Camera& camera, ToneMap ton
 
 // Eight bits a channel, dithered by a fixed pattern so that smooth walls show no bands.
 std::vector<uint8_t> ToDisplay(const Image& image, const Exposure& exposure);
+
+// The bytes of a file of eight bits a channel.
+Result<std::string> EncodePng(int width, int height, const std::vector<uint8_t>& rgb);
 
 // Written whole or not at all.
 Status WritePng(const std::string& path, int width, int height, const std::vector<uint8_t>& rgb);

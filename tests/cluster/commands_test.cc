@@ -58,6 +58,50 @@ TEST(CommandsTest, SubmitWatchStatusJobsFetch) {
   EXPECT_FALSE(std::filesystem::exists(programs.Path("room.ply.part")));
 }
 
+TEST(CommandsTest, ReportOfAJobAndOfItsPatchFile) {
+  Programs programs;
+  programs.StartServer();
+  EXPECT_EQ(programs.Isolux(Submit({})).code, 0);
+  const std::string page = programs.Path("report.html");
+  const CommandResult early = programs.Isolux({"report", "1", "-o", page});
+  EXPECT_EQ(early.code, 1);
+  EXPECT_NE(early.error.find("isolux watch 1"), std::string::npos) << early.error;
+  programs.StartWorker();
+  EXPECT_EQ(programs.Isolux({"watch", "1"}).code, 0);
+  const CommandResult made = programs.Isolux({"report", "1", "-o", page});
+  EXPECT_EQ(made.code, 0) << made.error;
+  EXPECT_TRUE(made.output.empty()) << "standard output is data";
+  const std::string text = ReadFile(page).value_or("");
+  EXPECT_NE(text.find("<title>cornell_box.obj: report</title>"), std::string::npos);
+  EXPECT_NE(text.find("\"state\":\"done\""), std::string::npos);
+
+  // The file alone does as well; the job is then not known.
+  ASSERT_EQ(programs.Isolux({"fetch", "1", "-o", programs.Path("box.ply")}).code, 0);
+  EXPECT_EQ(programs.Run({"isolux", "report", programs.Path("box.ply"), "-o", page}).code, 0);
+  EXPECT_NE(ReadFile(page).value_or("").find("\"job\":null"), std::string::npos);
+  EXPECT_TRUE(programs.TemporaryFiles().empty());
+}
+
+TEST(CommandsTest, ReportSaysWhatIsWrong) {
+  Programs programs;
+  programs.StartServer();
+  const std::string page = programs.Path("report.html");
+  const auto report = [&](const std::string& source) {
+    return programs.Isolux({"report", source, "-o", page});
+  };
+  const CommandResult unknown = report("77");
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_NE(unknown.error.find("no job 77"), std::string::npos) << unknown.error;
+  const CommandResult missing = report(programs.Path("no.ply"));
+  EXPECT_EQ(missing.code, 2);
+  EXPECT_NE(missing.error.find("no.ply"), std::string::npos) << missing.error;
+  const CommandResult scene = report(kScene);
+  EXPECT_EQ(scene.code, 2);
+  EXPECT_NE(scene.error.find("cornell_box.obj:1"), std::string::npos) << scene.error;
+  EXPECT_EQ(programs.Isolux({"report", "1"}).code, 2) << "without -o";
+  EXPECT_FALSE(std::filesystem::exists(page));
+}
+
 TEST(CommandsTest, JobsQueueAndARequestIdGivesOneJob) {
   Programs programs;
   programs.StartServer();

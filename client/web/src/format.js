@@ -36,3 +36,11 @@ export function bytes(value) {
   for (; value >= 1000 && unit + 1 < units.length; ++unit) value /= 1000;
   return `${number(value)} ${units[unit]}`;
 }
+
+/** For an axis: 500, 20 k, 1 M. */
+export function shortCount(value) {
+  if (!known(value)) return kDash;
+  if (value >= 1e9) return `${number(value / 1e9)} G`;
+  if (value >= 1e6) return `${number(value / 1e6)} M`;
+  return value >= 1e3 ? `${number(value / 1e3)} k` : number(value);
+}

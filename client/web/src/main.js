@@ -1,9 +1,10 @@
 // Where a page begins: finds its kind and data in the document and fills it.
 import { element } from "./element.js";
+import { reportPage } from "./report.js";
 import { sweepPage } from "./sweep.js";
 import "./style.css";
 
-const kPages = { sweep: sweepPage };
+const kPages = { report: reportPage, sweep: sweepPage };
 
 const data = JSON.parse(document.getElementById("data").textContent);
 const main = document.querySelector("main");

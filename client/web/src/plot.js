@@ -2,7 +2,7 @@
 import * as Plot from "@observablehq/plot";
 
 /** Colours of series, from style.css, where they change with the colour scheme. */
-export const kColours = [1, 2, 3, 4, 5, 6, 7, 8].map((i) => `var(--series-${i})`);
+export const kColours = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10].map((i) => `var(--series-${i})`);
 
 export function plot(options, marks) {
   const { width } = options;
@@ -13,9 +13,27 @@ export function plot(options, marks) {
     marginRight: 16,
     marginTop: 28,
     ...options,
+    x: withoutAxis(options.x),
+    y: withoutAxis(options.y),
     style: { background: "transparent", color: "var(--text)", fontSize: "12px", overflow: "hidden" },
-    marks: [Plot.frame({ stroke: "var(--rule)" }), ...marks],
+    marks: [
+      Plot.frame({ stroke: "var(--rule)" }),
+      ...logAxis(options.x, Plot.gridX, Plot.axisX),
+      ...logAxis(options.y, Plot.gridY, Plot.axisY),
+      ...marks,
+    ],
   });
+}
+
+// Plot leaves out labels of logarithmic axes as it sees fit; these get axes that show all they are told.
+function withoutAxis(scale) {
+  return scale?.type === "log" ? { ...scale, axis: null, grid: false } : scale;
+}
+
+function logAxis(scale, grid, axis) {
+  return scale?.type === "log"
+    ? [grid(scale.ticks), axis(scale.ticks, { label: scale.label, text: scale.tickFormat })]
+    : [];
 }
 
 /** A logarithmic axis with ticks at 1, 2 and 5 times powers of ten, fewer where there are many. */

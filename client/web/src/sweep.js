@@ -28,7 +28,7 @@ export function sweepPage(main, data) {
       ])),
     section("What accuracy costs", null, figures(
       errorFigure(series, "seconds", "Error against time", format.seconds),
-      errorFigure(series, "links", "Error against links", format.count))),
+      errorFigure(series, "links", "Error against links", format.shortCount))),
     section("Runs", null, runs.length > 0 ? runTable(runs, methods.length > 1) : null));
 }
 

@@ -15,13 +15,13 @@ export async function startBrowser() {
       "--disable-background-networking", "--disable-component-update", "--disable-sync",
     ],
   });
-  return { open: (path, options) => openPage(browser, path, options), close: () => browser.close() };
+  return { open: (path) => openPage(browser, path), close: () => browser.close() };
 }
 
-// `width` in pixels, `colorScheme` light or dark.
-async function openPage(browser, path, { width = 1280, colorScheme = "light" } = {}) {
-  const context = await browser.newContext({ viewport: { width, height: 900 }, colorScheme });
-  const page = await context.newPage();
+// What comes back is `complaints`' and can `show` the page in another view: a width in pixels, and a
+// colour scheme, light or dark.
+async function openPage(browser, path) {
+  const page = await browser.newPage({ viewport: { width: 1280, height: 900 } });
   const errors = [];
   const requests = [];
   const address = pathToFileURL(path).href;
@@ -33,11 +33,16 @@ async function openPage(browser, path, { width = 1280, colorScheme = "light" } =
   });
   await page.goto(address, { waitUntil: "load" });
   await settle(page);
-  return { page, errors, requests, close: () => context.close() };
+  const show = async ({ width, colorScheme = "light" }) => {
+    await page.setViewportSize({ width, height: 900 });
+    await page.emulateMedia({ colorScheme });
+    await settle(page);
+  };
+  return { page, errors, requests, show, close: () => page.close() };
 }
 
-/** Two frames: sizes are observed in the first, charts stand in the second. */
-export function settle(page) {
+// Three frames: sizes are observed in the first, charts stand in the second.
+function settle(page) {
   return page.evaluate(() => new Promise((done) =>
     requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(done)))));
 }

@@ -5,9 +5,9 @@ import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { complaints, settle, startBrowser } from "./browser.mjs";
+import { complaints, startBrowser } from "./browser.mjs";
 
-const kViews = [{ width: 1280 }, { width: 400 }, { width: 400, colorScheme: "dark" }];
+const kViews = [{ width: 400, colorScheme: "dark" }, { width: 400 }, { width: 1280 }];
 let browser;
 let folder;
 
@@ -28,15 +28,89 @@ function makePage(kind, data) {
   return output;
 }
 
-// Opens the file in every view; `look` sees each.
+// Opens the file and goes through the views; `look` sees each.
 async function inspect(path, look) {
+  const opened = await browser.open(path);
   for (const view of kViews) {
-    const opened = await browser.open(path, view);
+    await opened.show(view);
     assert.deepEqual(await complaints(opened), [], `${path}, ${JSON.stringify(view)}`);
     await look?.(opened.page, view.width);
-    await opened.close();
   }
+  await opened.close();
 }
+
+// A real solve with two workers; the patch file.
+function solve(scene, ...flags) {
+  const output = join(folder, "solved.ply");
+  isolux("solve", join(process.env.ISOLUX_SOURCE_DIR, "scenes", scene), "--workers", "2",
+    "--threads", "1", "-o", output, ...flags);
+  return output;
+}
+
+function isolux(...words) {
+  execFileSync(join(process.env.ISOLUX_BIN_DIR, "isolux"), words, { stdio: ["ignore", "pipe", "pipe"] });
+}
+
+test("the report of a solve shows what it took, what it reached and where its error is", async () => {
+  const path = join(folder, "report.html");
+  isolux("report", solve("cornell_box/cornell_box.obj", "--unit", "mm", "--accuracy", "0.08"), "-o", path);
+  await inspect(path, async (page) => {
+    assert.equal(await page.locator("h1").textContent(), "Report: cornell_box.obj");
+    const headline = await page.locator("header").textContent();
+    for (const words of ["accuracy asked for8 %", "estimated error", "ended byaccuracy reached", "workers2"]) {
+      assert.ok(headline.includes(words), `${words} in ${headline}`);
+    }
+    const titles = await page.locator("h3").allTextContents();
+    for (const title of ["Error against time", "Causes of the error", "Links and elements", "Time by phase",
+      "CPU by worker", "Load", "Bytes by phase", "Bytes by worker", "The solution", "Its estimated error"]) {
+      assert.ok(titles.includes(title), `${title} in ${titles}`);
+    }
+    assert.equal(await page.locator("img").count(), 2);
+    assert.match(await page.locator("section", { hasText: "What the scene calls for" }).textContent(), /occlusion/);
+    assert.equal(await page.locator("figure", { hasText: "CPU by worker" }).locator(".chart text", { hasText: "worker" }).count(), 2);
+    const rounds = await page.locator("section", { hasText: "All rounds" }).last().locator("tbody tr").count();
+    const dots = await page.locator("figure").first().locator("g[aria-label='dot'] circle").count();
+    assert.ok(rounds >= 1 && dots > rounds, `${rounds} rounds, ${dots} dots`);
+  });
+});
+
+test("a sweep by the command shows its runs", async () => {
+  const path = join(folder, "real_sweep.html");
+  isolux("sweep", join(process.env.ISOLUX_SOURCE_DIR, "scenes", "cornell_box/cornell_box.obj"), "--unit", "mm",
+    "--accuracies", "0.3,0.15", "--workers", "2", "--threads", "1", "-o", path);
+  await inspect(path, async (page) => {
+    assert.equal(await page.locator("h1").textContent(), "Sweep of cornell_box.obj");
+    assert.equal(await page.locator("tbody tr").count(), 2);
+    assert.equal(await page.locator("figure").first().locator("g[aria-label='dot'] circle").count(), 4);
+  });
+});
+
+test("a report of which little is known still shows what is there", async () => {
+  await inspect(makePage("report", { title: "bare", rounds: [{ round: 1, error: 0.1, seconds: 0.5 }] }), async (page) => {
+    assert.equal(await page.locator("h1").textContent(), "Report: a solve");
+    assert.ok((await page.locator("h3").allTextContents()).includes("Error against time"));
+  });
+  await inspect(makePage("report", { title: "empty" }));
+  await inspect(makePage("report", {
+    title: "odd", summary: { accuracy: "x", seconds: null, epsilons: 3 }, job: null,
+    rounds: [{ round: 1, cpu_s: 3, error: "no", load: [1, 2] }, {}], traffic: [{}], effects: [{}], repairs: [{}],
+  }));
+});
+
+test("a report of many rounds and workers stays readable", async () => {
+  const rounds = Array.from({ length: 24 }, (_, i) => ({
+    round: i + 1, error: 0.3 * 0.8 ** i, rms: 0.4 * 0.8 ** i, visibility: 0.1 * 0.8 ** i, closure: 0.01 * 0.9 ** i,
+    seconds: 1.5 ** i, refine_s: 0.2 * 1.5 ** i, solve_s: 0.1 * 1.5 ** i, links: 1000 * 1.4 ** i, elements: 500 * 1.3 ** i,
+    load: 1.1, migrated_links: 30 * i, cpu_s: Array.from({ length: 32 }, (_, worker) => (1 + worker / 32) * 1.5 ** i),
+  }));
+  const worker_traffic = Array.from({ length: 32 }, (_, worker) => ["values", "sums", "gather"].map((phase) => (
+    { worker: worker + 1, phase, bytes_in: 1e6, bytes_out: 2e6 }))).flat();
+  const effects = [{ name: "mirror", decision: "not-simulated", present: true, bound: 0.03, evidence: "2 materials; too little" }];
+  await inspect(makePage("report", { title: "many", name: "many.obj", rounds, worker_traffic, effects }), async (page) => {
+    assert.equal(await page.locator("figure", { hasText: "Bytes by worker" }).locator("rect").count() >= 96, true);
+    assert.match(await page.locator("section", { hasText: "What the scene calls for" }).textContent(), /mirror.*3 %.*too little/);
+  });
+});
 
 function sweepOf(methods, accuracies) {
   return {
@@ -91,12 +165,13 @@ test("names are text, whatever they hold", async () => {
 });
 
 test("charts follow the width of the window", async () => {
-  const opened = await browser.open(makePage("sweep", sweepOf(["default"], [0.2, 0.1])), { width: 1280 });
-  const width = () => opened.page.locator(".chart svg").first().evaluate((chart) => chart.clientWidth);
-  const wide = await width();
-  await opened.page.setViewportSize({ width: 400, height: 900 });
-  await settle(opened.page);
-  assert.ok(await width() < wide);
-  assert.deepEqual(await complaints(opened), []);
+  const opened = await browser.open(makePage("sweep", sweepOf(["default"], [0.2, 0.1])));
+  const chart = opened.page.locator(".chart svg").first();
+  const widths = [];
+  for (const width of [1280, 400, 800]) {
+    await opened.show({ width });
+    widths.push(await chart.evaluate((svg) => svg.clientWidth));
+  }
+  assert.ok(widths[1] < widths[0] && widths[1] < widths[2], String(widths));
   await opened.close();
 });

@@ -33,6 +33,8 @@ test("numbers have three digits", () => {
   assert.equal(format.number(-1.5), "−1.5");
   assert.equal(format.percent(0.02), "2 %");
   assert.equal(format.count(1234567), "1,234,567");
+  assert.equal(format.shortCount(1234567), "1.23 M");
+  assert.equal(format.shortCount(20000), "20 k");
   assert.equal(format.bytes(999), "999 bytes");
   assert.equal(format.bytes(1234567), "1.23 MB");
   assert.equal(format.seconds(3.256), "3.26 s");
@@ -40,7 +42,7 @@ test("numbers have three digits", () => {
 });
 
 test("what is missing is a dash", () => {
-  for (const show of [format.number, format.percent, format.count, format.seconds, format.bytes]) {
+  for (const show of [format.number, format.percent, format.count, format.shortCount, format.seconds, format.bytes]) {
     for (const value of [undefined, null, NaN, Infinity, "3"]) assert.equal(show(value), "–");
   }
 });

@@ -1,0 +1,49 @@
+// The tables of a report: rounds, effects, repairs.
+import * as format from "./format.js";
+import { table } from "./table.js";
+
+const numeric = (title, key, text) => ({ title, text: (row) => text(row[key]) });
+const words = (title, text) => ({ title, text, numeric: false });
+
+export function roundTable(rounds) {
+  if (rounds.length === 0) return null;
+  return table("What each round took and reached", [
+    numeric("round", "round", format.count),
+    numeric("threshold, W", "epsilon", format.number),
+    numeric("error", "error", format.percent),
+    numeric("RMS", "rms", format.percent),
+    numeric("seconds", "seconds", format.number),
+    numeric("links", "links", format.count),
+    numeric("elements", "elements", format.count),
+    numeric("evaluations", "evaluations", format.count),
+    numeric("rays", "rays", format.count),
+    numeric("products", "iterations", format.count),
+    numeric("residual", "residual", format.number),
+    numeric("imbalance", "imbalance", format.percent),
+    numeric("load", "load", format.number),
+    numeric("nodes moved", "migrated_nodes", format.count),
+    numeric("links moved", "migrated_links", format.count),
+    numeric("bytes in", "bytes_in", format.bytes),
+    numeric("bytes out", "bytes_out", format.bytes),
+    numeric("memory", "memory_bytes", format.bytes),
+  ], rounds);
+}
+
+export function effectTable(effects) {
+  if (effects.length === 0) return null;
+  return table("Effects of light, and what is done about them", [
+    words("effect", ({ name }) => name),
+    words("present", ({ present }) => (present ? "yes" : "no")),
+    numeric("bound on neglecting it", "bound", format.percent),
+    words("decision", ({ decision }) => decision?.replaceAll("-", " ")),
+    words("evidence", ({ evidence }) => evidence),
+  ], effects);
+}
+
+export function repairTable(repairs) {
+  if (repairs.length === 0) return null;
+  return table("Repairs, with the first place of each", [
+    words("what", ({ what }) => what),
+    numeric("how often", "count", format.count),
+  ], repairs);
+}
