@@ -41,8 +41,9 @@ export function stackedBars({ title, note, rows, label, text, lying = false, axi
   });
 }
 
-// As many names as there is room for.
+// As many names as there is room for, the last among them.
 function thinned(categories, width) {
   const step = Math.ceil((40 * categories.length) / width);
-  return categories.filter((_, i) => i % step === 0);
+  const last = categories.length - 1;
+  return categories.filter((_, i) => i === last || (i % step === 0 && last - i >= step));
 }

@@ -6,7 +6,7 @@ import { kColours, logScale, plot } from "./plot.js";
 
 /**
  * `series`: [{ name, points: [[x, y]], colour, dashed }]; series without points are left out.
- * `x` and `y`: { label, text, log, ticks }; `rule`: a y with a { value, name } to be compared with.
+ * `x` and `y`: { label, text, tip, log, ticks, from }; `rule`: a y with a { value, name } to be compared with.
  * null where there is nothing to draw.
  */
 export function lines({ title, note, series, x, y, rule = null }) {
@@ -50,7 +50,7 @@ function marksOf({ name, points, colour, dashed }, x, y) {
     Plot.line(points, { stroke: colour, strokeWidth: 2, strokeDasharray: dashed ? "5 4" : null }),
     Plot.dot(points, {
       x: "0", y: "1", r: 3.5, fill: colour, tip: true,
-      title: ([at, value]) => `${name} ${(y.text ?? format.number)(value)} at ${(x.text ?? format.number)(at)}`,
+      title: ([at, value]) => `${name} ${(y.text ?? format.number)(value)} at ${(x.tip ?? x.text ?? format.number)(at)}`,
     }),
   ];
 }

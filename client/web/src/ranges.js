@@ -5,11 +5,12 @@ import { figure } from "./figure.js";
 import * as format from "./format.js";
 import { logScale, plot } from "./plot.js";
 
-/** `rows`: [{ round, low, likely, high }]; `outcome` may be missing. null without rows. */
-export function ranges({ title, note, rows, outcome, label, text, ticks }) {
+/** `rows`: [{ round, low, likely, high }]; `outcome` may be missing; `text` shows a value, `axisText` one at the axis. null without rows. */
+export function ranges({ title, note, rows, outcome, label, text, axisText = text, ticks }) {
   const shown = rows.filter(({ low, likely, high }) => low > 0 && likely >= low && high >= likely);
   if (shown.length === 0) return null;
   const known = outcome > 0;
+  const last = Math.max(...shown.map(({ round }) => round));
   return figure({
     title,
     note,
@@ -19,9 +20,9 @@ export function ranges({ title, note, rows, outcome, label, text, ticks }) {
     ],
     draw: (width) => plot({
       width,
-      x: { label: "after round →", domain: [0.5, Math.max(...shown.map(({ round }) => round)) + 0.5],
-           ticks, tickFormat: format.count, grid: true },
-      y: logScale(shown.flatMap(({ low, high }) => [low, high]).concat(known ? [outcome] : []), label, text),
+      x: { label: "after round →", domain: [0.5, last + 0.5],
+           ticks: ticks.filter((tick) => tick <= last), tickFormat: format.count, grid: true },
+      y: logScale(shown.flatMap(({ low, high }) => [low, high]).concat(known ? [outcome] : []), label, axisText),
     }, [
       known ? Plot.ruleY([outcome], { stroke: "var(--quiet)", strokeDasharray: "5 4", strokeWidth: 1.5 }) : null,
       Plot.ruleX(shown, { x: "round", y1: "low", y2: "high", stroke: "var(--series-1)", strokeWidth: 2, marker: "tick" }),

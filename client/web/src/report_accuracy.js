@@ -29,7 +29,7 @@ export function accuracySection({ summary = {} }, rounds) {
         { name: "estimated RMS error", points: against("seconds", "rms") },
         { name: "with the output gathered", points: [[summary.seconds, summary.error_estimate]] },
       ],
-      x: { label: "seconds →", text: format.seconds, log: true },
+      x: { label: "seconds →", text: format.number, tip: format.seconds, log: true },
       y: kError,
       rule: summary.accuracy > 0 ? { value: summary.accuracy, name: "asked for" } : null,
     }),

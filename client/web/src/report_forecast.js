@@ -17,6 +17,7 @@ export function forecastSection({ forecasts = [], summary = {} }, rounds) {
       outcome: summary.seconds,
       label: "↑ seconds",
       text: format.seconds,
+      axisText: format.number,
     }),
     ranges({
       ...common,

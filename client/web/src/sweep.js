@@ -27,7 +27,7 @@ export function sweepPage(main, data) {
         ["error of the reference", reference.error_estimate > 0 ? format.percent(reference.error_estimate) : null],
       ])),
     section("What accuracy costs", null, figures(
-      errorFigure(series, "seconds", "Error against time", format.seconds),
+      errorFigure(series, "seconds", "Error against time", format.number),
       errorFigure(series, "links", "Error against links", format.shortCount))),
     section("Runs", null, runs.length > 0 ? runTable(runs, methods.length > 1) : null));
 }
@@ -74,7 +74,7 @@ function marksOf({ key: error, name, colour, filled, runs, fit }, key, text) {
     Plot.line(ends, { stroke: colour, strokeDasharray: filled ? null : "5 4" }),
     Plot.dot(runs, {
       x: key, y: error, r: 4.5, stroke: colour, strokeWidth: 2, fill: filled ? colour : "var(--page)",
-      title: (run) => `${name} ${format.percent(run[error])}, asked ${format.percent(run.accuracy)}, ${text(run[key])}`,
+      title: (run) => `${name} ${format.percent(run[error])}, asked ${format.percent(run.accuracy)}, ${text(run[key])} ${key}`,
       tip: true,
     }),
   ];

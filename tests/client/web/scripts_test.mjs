@@ -1,5 +1,6 @@
 // The parts of the pages that need no browser.
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import * as format from "../../../client/web/src/format.js";
 import { fitPower } from "../../../client/web/src/power_fit.js";
@@ -44,5 +45,32 @@ test("numbers have three digits", () => {
 test("what is missing is a dash", () => {
   for (const show of [format.number, format.percent, format.count, format.shortCount, format.seconds, format.bytes]) {
     for (const value of [undefined, null, NaN, Infinity, "3"]) assert.equal(show(value), "–");
+  }
+});
+
+// Relative luminance of "#rrggbb", as WCAG 2.1 defines it.
+function luminance(colour) {
+  const [r, g, b] = [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16) / 255)
+    .map((value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4));
+  return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+}
+
+function contrast(a, b) {
+  const [low, high] = [luminance(a), luminance(b)].sort((x, y) => x - y);
+  return (high + 0.05) / (low + 0.05);
+}
+
+test("text and charts stand out from what is behind them, in both colour schemes", () => {
+  const style = readFileSync(new URL("../../../client/web/src/style.css", import.meta.url), "utf8");
+  const schemes = [...style.matchAll(/:root \{([^}]*)\}/g)].map(([, body]) =>
+    Object.fromEntries([...body.matchAll(/--([a-z0-9-]+): (#[0-9a-f]{6});/g)].map(([, name, value]) => [name, value])));
+  assert.equal(schemes.length, 2);
+  for (const scheme of schemes) {
+    for (const back of [scheme.page, scheme.panel]) {
+      for (const name of ["text", "quiet"]) assert.ok(contrast(scheme[name], back) >= 4.5, `${name} on ${back}`);
+      const series = Object.keys(scheme).filter((name) => name.startsWith("series-"));
+      assert.equal(series.length, 10);
+      for (const name of series) assert.ok(contrast(scheme[name], back) >= 3, `${name} on ${back}`);
+    }
   }
 });
