@@ -170,6 +170,21 @@ test("names are text, whatever they hold", async () => {
   });
 });
 
+test("a value shows where one points at it, legible in both colour schemes", async () => {
+  const opened = await browser.open(makePage("sweep", sweepOf(["default"], [0.2, 0.1])));
+  const chart = opened.page.locator(".chart svg").first();
+  for (const colorScheme of ["light", "dark"]) {
+    await opened.show({ width: 1280, colorScheme });
+    await chart.locator("g[aria-label='dot'] circle").first().hover({ force: true });
+    const tip = chart.locator("g[aria-label='tip']", { hasText: "true error" }).first();
+    assert.match(await tip.textContent(), /true error 12 %, asked 20 %/);
+    const [tipColour, panel] = await tip.locator("path").first().evaluate((path) => [
+      getComputedStyle(path).fill, getComputedStyle(path.closest("figure")).backgroundColor]);
+    assert.equal(tipColour, panel, colorScheme);
+  }
+  await opened.close();
+});
+
 test("charts follow the width of the window", async () => {
   const opened = await browser.open(makePage("sweep", sweepOf(["default"], [0.2, 0.1])));
   const chart = opened.page.locator(".chart svg").first();
