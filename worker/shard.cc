@@ -163,9 +163,10 @@ LeafSystem Shard::Impl::MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lan
     leaves.area_m2.push_back(tree.area_m2(node));
     leaves.reflectance.push_back(lanes(surface.reflectance));
     leaves.exitance.push_back(lanes(surface.exitance));
-    leaves.closure.push_back(record.closure);
-    // What the leaf above had for its own is inherited now.
-    leaves.inheritance.push_back(record.id == tree.node(node).id ? record.inheritance : 1.0);
+    // Anew every round: of many factors that close the rows those nearest to 1 are right, and rows
+    // of the first rounds lead far from them.
+    leaves.closure.push_back(1.0);
+    leaves.inheritance.push_back(1.0);
     start->push_back(lanes(record.irradiance));
     old_leaf->push_back(static_cast<uint32_t>(&record - snapshot.leaves.data()));
   }
