@@ -1,13 +1,14 @@
 // How far the error that a solve states is from the one it has, over many scenes.
 //
 //   calibration [--scenes FOLDER] [--rooms N] [--accuracies A,A,…] [--points N]
-//               [--references FOLDER] [--reference-links N] [--most-polygons N] [--only TEXT]
+//               [--references FOLDER] [--reference-links N] [--paths SECONDS]
+//               [--most-polygons N] [--only TEXT]
 //     Scenes: NAME/NAME.obj below FOLDER (--emit both where NAME/SOURCE.md says that emitters
 //     radiate from both sides), and N random rooms with blockers, every other one open. Each is
 //     solved at every accuracy by a coordinator and a worker in this process. The true error is
 //     that of the patch file at points uniform over the surfaces, against irradiance gathered there
-//     from a solution with many more links, twenty times the rays and other samples; --references
-//     keeps it for the next run.
+//     from a solution with many more links, twenty times the rays and other samples, or traced by
+//     paths for so many seconds; --references keeps it for the next run.
 //     Prints CSV, a row a run, then on standard error the distribution of estimated over true.
 #include <algorithm>
 #include <cmath>
@@ -25,6 +26,7 @@
 #include "client/output/comparison.h"
 #include "common/util/file.h"
 #include "tests/support/local_cluster.h"
+#include "tests/support/path_tracer.h"
 #include "tests/support/scenes.h"
 #include "tests/support/surface_points.h"
 #include "worker/shard.h"
@@ -35,6 +37,7 @@ namespace {
 struct Flags {
   std::string scenes, references, only;
   uint64_t rooms = 50, points = 1000, reference_links = 700'000, most_polygons = 1000;
+  double paths_s = 0;
   std::vector<double> accuracies{0.1, 0.05, 0.02};
 };
 
@@ -120,11 +123,21 @@ Result<std::vector<ReferencePoint>> SolveAtPoints(const NamedScene& named, const
 
 Result<std::vector<ReferencePoint>> ReferenceOf(const NamedScene& named, const Flags& flags,
                                                 ThreadPool& pool) {
-  if (flags.references.empty()) return SolveAtPoints(named, flags, pool);
+  const auto make = [&]() -> Result<std::vector<ReferencePoint>> {
+    if (flags.paths_s <= 0) return SolveAtPoints(named, flags, pool);
+    PathTracing paths;
+    paths.points = flags.points;
+    paths.seconds = flags.paths_s;
+    auto points = TracePaths(*named.scene, paths, pool);
+    std::fprintf(stderr, "%s: reference's noise %.2f %%\n", named.name.c_str(),
+                 100 * NoiseOf(points));
+    return points;
+  };
+  if (flags.references.empty()) return make();
   const std::string path =
       fmt::format("{}/{}-{}.csv", flags.references, HashOf(Encode(*named.scene)), flags.points);
   if (std::filesystem::exists(path)) return ReadReferencePoints(path);
-  ASSIGN_OR_RETURN(auto points, SolveAtPoints(named, flags, pool));
+  ASSIGN_OR_RETURN(auto points, make());
   RETURN_IF_ERROR(MakeDirectories(flags.references));
   RETURN_IF_ERROR(WriteReferencePoints(points, path));
   return points;
@@ -280,6 +293,7 @@ int main(int argc, char** argv) {
     if (flag == "--points") flags.points = number();
     if (flag == "--reference-links") flags.reference_links = number();
     if (flag == "--most-polygons") flags.most_polygons = number();
+    if (flag == "--paths") flags.paths_s = std::strtod(value, nullptr);
     if (flag == "--accuracies") flags.accuracies = isolux::testing::ParseList(value);
   }
   if (argc % 2 == 0) {

@@ -1,0 +1,190 @@
+#include "tests/support/path_tracer.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+#include "common/hierarchy/hierarchy.h"
+#include "common/util/random.h"
+#include "tests/support/surface_points.h"
+#include "worker/radiosity/ray_scene.h"
+#include "worker/radiosity/visibility.h"
+
+namespace isolux::testing {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr int kPathsAPass = 1024;
+constexpr double kDarkShare = 0.05;
+
+double Now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+// Paths from a point: light sampled by area and by direction, weighted by the balance heuristic.
+class PathTracer {
+ public:
+  explicit PathTracer(const Scene& scene) : hierarchy_(scene), rays_(hierarchy_) {
+    surface_of_.resize(scene.polygons.size(), {kNone, kNone});
+    const auto surfaces = hierarchy_.surfaces();
+    for (uint32_t s = 0; s < surfaces.size(); ++s) {
+      surface_of_[surfaces[s].polygon][static_cast<int>(surfaces[s].side)] = s;
+      const double power = hierarchy_.surface_area_m2(s) * Sum(surfaces[s].exitance);
+      power_up_to_.push_back((s > 0 ? power_up_to_.back() : 0) + power);
+    }
+  }
+
+  struct Place {
+    Vec3 position{0.0};
+    uint32_t surface = 0;
+  };
+
+  const Hierarchy& hierarchy() const { return hierarchy_; }
+  Vec3 NormalOf(uint32_t surface) const { return hierarchy_.geometry(surface).Normal(); }
+
+  // One sample of the irradiance at a place.
+  Rgb Sample(Place place, Random& random) const {
+    Rgb sum(0.0), weight(1.0);
+    for (int bounce = 0; bounce < 1000; ++bounce) {
+      sum += weight * FromLights(place, random);
+      Place next;
+      double cosine_pdf = 0;
+      if (!Bounce(place, random, next, cosine_pdf)) break;
+      const Surface& surface = hierarchy_.surfaces()[next.surface];
+      // What a cosine-distributed ray meets: its exitance is the sample of the irradiance.
+      const double light_pdf = LightPdf(next.surface);
+      sum += weight * surface.exitance * (cosine_pdf / (cosine_pdf + light_pdf));
+      weight *= surface.reflectance;
+      const double go_on = std::min(0.98, std::max({weight.x, weight.y, weight.z}));
+      if (random.Unit() >= go_on) break;
+      weight /= go_on;
+      place = next;
+    }
+    return sum;
+  }
+
+ private:
+  static constexpr uint32_t kNone = 0xffffffffu;
+
+  static uint32_t Pick(const std::vector<double>& up_to, Random& random) {
+    const double target = random.Unit() * up_to.back();
+    const auto at = std::upper_bound(up_to.begin(), up_to.end(), target);
+    return static_cast<uint32_t>(std::min<ptrdiff_t>(at - up_to.begin(), up_to.size() - 1));
+  }
+
+  // Density over area with which FromLights picks points of a surface, 1/m².
+  double LightPdf(uint32_t s) const {
+    return Sum(hierarchy_.surfaces()[s].exitance) / power_up_to_.back();
+  }
+
+  Rgb FromLights(const Place& place, Random& random) const {
+    const uint32_t s = Pick(power_up_to_, random);
+    const double u = random.Unit();
+    const Vec3 to = SamplePolygon(hierarchy_.geometry(s), u, random.Unit());
+    const Vec3 d = to - place.position;
+    const double d2 = glm::dot(d, d);
+    const double cosine = glm::dot(NormalOf(place.surface), d);
+    const double other = -glm::dot(NormalOf(s), d);
+    if (!(d2 > 0) || cosine <= 0 || other <= 0) return Rgb(0.0);
+    const double kernel = cosine * other / (kPi * d2 * d2);  // also the density of a cosine ray
+    const double pdf = LightPdf(s);
+    std::array<Segment, RayScene::kPacket> segments;
+    segments[0] = {place.position, to, hierarchy_.surfaces()[place.surface].polygon,
+                   hierarchy_.surfaces()[s].polygon};
+    if ((rays_.Visible(segments, 1) & 1) == 0) return Rgb(0.0);
+    return hierarchy_.surfaces()[s].exitance * (kernel / (pdf + kernel));
+  }
+
+  bool Bounce(const Place& place, Random& random, Place& next, double& pdf) const {
+    const Vec3 n = NormalOf(place.surface);
+    const Vec3 s =
+        glm::normalize(glm::cross(n, std::abs(n.x) < 0.5 ? Vec3(1, 0, 0) : Vec3(0, 1, 0)));
+    const double r = std::sqrt(random.Unit()), phi = 2 * kPi * random.Unit();
+    const double height = std::sqrt(std::max(1e-12, 1 - r * r));
+    const Vec3 direction =
+        r * std::cos(phi) * s + r * std::sin(phi) * glm::cross(n, s) + height * n;
+    std::array<Escape, RayScene::kPacket> rays;
+    rays[0] = {place.position, direction, hierarchy_.surfaces()[place.surface].polygon};
+    const RayHit hit = rays_.Trace(rays, 1)[0];
+    if (hit.polygon == RayHit::kNothing) return false;
+    next.surface = surface_of_[hit.polygon][static_cast<int>(hit.side)];
+    if (next.surface == kNone) return false;
+    const Vec3 m = NormalOf(next.surface);
+    const double facing = -glm::dot(m, direction);
+    if (!(facing > 0)) return false;
+    const double t = glm::dot(m, hierarchy_.geometry(next.surface).v[0] - place.position) / -facing;
+    next.position = place.position + t * direction;
+    pdf = height * facing / (kPi * t * t);
+    return t > 0;
+  }
+
+  Hierarchy hierarchy_;
+  RayScene rays_;
+  std::vector<std::array<uint32_t, 2>> surface_of_;
+  std::vector<double> power_up_to_;
+};
+
+struct PathTally {
+  Rgb sum{0.0}, squares{0.0};
+  double n = 0;
+  Rgb Mean() const { return sum / n; }
+  Rgb Deviation() const { return glm::sqrt(glm::max(squares / n - Mean() * Mean(), Rgb(0.0)) / n); }
+};
+
+}  // namespace
+
+std::vector<ReferencePoint> TracePaths(const Scene& scene, const PathTracing& options,
+                                       ThreadPool& pool) {
+  const PathTracer tracer(scene);
+  const std::vector<PointOnSurface> places =
+      UniformPoints(tracer.hierarchy(), options.points, options.seed);
+  std::vector<PathTally> tally(places.size());
+  const double end = Now() + options.seconds;
+  double mean = 0;
+  for (uint64_t pass = 0; pass == 0 || Now() < end; ++pass) {
+    std::vector<size_t> open;
+    for (size_t i = 0; i < places.size(); ++i) {
+      const PathTally& t = tally[i];
+      if (pass < 4 ||
+          Sum(t.Deviation()) > options.error * std::max(Sum(t.Mean()), kDarkShare * mean)) {
+        open.push_back(i);
+      }
+    }
+    if (open.empty()) break;
+    pool.For(open.size(), 1, [&](size_t begin, size_t stop, int) {
+      for (size_t k = begin; k < stop; ++k) {
+        const PointOnSurface& place = places[open[k]];
+        Random random(Hash(options.seed, open[k], pass + 1));
+        PathTally& t = tally[open[k]];
+        for (int j = 0; j < kPathsAPass; ++j) {
+          const Rgb h = tracer.Sample({place.position_m, place.element.surface}, random);
+          t.sum += h;
+          t.squares += h * h;
+          ++t.n;
+        }
+      }
+    });
+    mean = 0;
+    for (const PathTally& t : tally) mean += Sum(t.Mean()) / static_cast<double>(tally.size());
+  }
+  std::vector<ReferencePoint> points;
+  for (size_t i = 0; i < places.size(); ++i) {
+    points.push_back(places[i].expected);
+    points.back().irradiance = tally[i].Mean();
+    points.back().deviation = tally[i].Deviation();
+  }
+  return points;
+}
+
+double NoiseOf(const std::vector<ReferencePoint>& points) {
+  double noise = 0, sum = 0;
+  for (const ReferencePoint& point : points) {
+    noise += Sum(point.deviation);
+    sum += Sum(point.irradiance);
+  }
+  return sum > 0 ? noise / sum : 0;
+}
+
+}  // namespace isolux::testing
