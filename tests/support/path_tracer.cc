@@ -90,10 +90,10 @@ class PathTracer {
     if (!(d2 > 0) || cosine <= 0 || other <= 0) return Rgb(0.0);
     const double kernel = cosine * other / (kPi * d2 * d2);  // also the density of a cosine ray
     const double pdf = LightPdf(s);
-    std::array<Segment, RayScene::kPacket> segments;
-    segments[0] = {place.position, to, hierarchy_.surfaces()[place.surface].polygon,
-                   hierarchy_.surfaces()[s].polygon};
-    if ((rays_.Visible(segments, 1) & 1) == 0) return Rgb(0.0);
+    std::array<Escape, RayScene::kPacket> rays;
+    rays[0] = {place.position, d / std::sqrt(d2), hierarchy_.surfaces()[place.surface].polygon};
+    const RayHit hit = rays_.Trace(rays, 1)[0];
+    if (hit.polygon != hierarchy_.surfaces()[s].polygon) return Rgb(0.0);
     return hierarchy_.surfaces()[s].exitance * (kernel / (pdf + kernel));
   }
 
