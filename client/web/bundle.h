@@ -1,9 +1,11 @@
 // Script and style of the pages, bundled from client/web/src when the program is built.
 #pragma once
 
+#include <string_view>
+
 namespace isolux {
 
-extern const char kPageScript[];
-extern const char kPageStyle[];
+std::string_view PageScript();
+std::string_view PageStyle();
 
 }  // namespace isolux

@@ -50,11 +50,15 @@ writeFileSync(output, `// Made by client/web/bundle.mjs.
 
 namespace isolux {
 
-const char kPageScript[] =
+std::string_view PageScript() {
+  return
 ${literal(textOf(".js"))};
+}
 
-const char kPageStyle[] =
+std::string_view PageStyle() {
+  return
 ${literal(textOf(".css"))};
+}
 
 }  // namespace isolux
 `);

@@ -80,7 +80,7 @@ std::string MakePage(PageKind kind, const std::string& title, const json& data) 
       "<link rel=\"icon\" href=\"data:,\">\n<title>";
   page += EscapeMarkup(Repair(title));
   page += "</title>\n<style>\n";
-  page += kPageStyle;
+  page += PageStyle();
   page += "</style>\n</head>\n<body data-page=\"";
   page += ToText(kind);
   page += "\" data-version=\"";
@@ -90,7 +90,7 @@ std::string MakePage(PageKind kind, const std::string& title, const json& data) 
       "to see them.</noscript>\n</main>\n<script type=\"application/json\" id=\"data\">";
   page += EscapeData(data);
   page += "</script>\n<script>\n";
-  page += kPageScript;
+  page += PageScript();
   page += "</script>\n</body>\n</html>\n";
   return page;
 }
