@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
+#include "client/output/comparison.h"
 #include "common/hierarchy/effects/plan.h"
 #include "tests/support/local_cluster.h"
 #include "tests/support/scenes.h"
@@ -43,20 +45,35 @@ double BoundOf(const Scene& scene, const char* name) {
   return *found->bound;
 }
 
-// Σ A |H − H'| / Σ A H over the leaves, which must be the same.
+TEST(Effects, NothingIsCastInAConvexRoom) {
+  const Scene scene = testing::FurnaceCube(0.5, 1);
+  EXPECT_EQ(SolveWith(scene, "auto").summary.rays, 0U);
+  EXPECT_GT(SolveWith(scene, "+occlusion").summary.rays, 0U);
+}
+
+// A box that reflects ρ + tint, ρ and ρ − tint, with one wall that emits.
+Scene TintedBox(double rho, double tint, const Rgb& exitance) {
+  Scene scene = testing::FurnaceCube(rho, 0);
+  for (Material& material : scene.materials) material.reflectance += tint * Rgb(1, 0, -1);
+  scene.materials.push_back(scene.materials[0]);
+  scene.materials.back().exitance = exitance;
+  scene.polygons[4].material = static_cast<uint32_t>(scene.materials.size()) - 1;
+  scene.polygons[4].sides |= kFrontEmits;
+  return scene;
+}
+
 TEST(Effects, DirectLightAloneMissesNoMoreThanItsBound) {
   for (const double rho : {0.004, 0.05, 0.3}) {
-    Scene scene = testing::FurnaceCube(rho, 0);
-    scene.materials.push_back(scene.materials[0]);
-    scene.materials[1].exitance = {1, 1, 1};
-    scene.polygons[4].material = 1;
-    scene.polygons[4].sides |= kFrontEmits;
+    const Scene scene = TintedBox(rho, 0, {1, 1, 1});
     const SolveResult whole = SolveWith(scene, "all"),
                       direct = SolveWith(scene, "-interreflection");
-    // In a closed box Σ A H = Σ A E / (1 − ρ); all is grey.
+    const double bound = BoundOf(scene, "interreflection");
     const double missing = 1 - Arriving(direct) / Arriving(whole);
     EXPECT_GT(missing, 0) << rho;
-    EXPECT_LE(missing, BoundOf(scene, "interreflection") + 0.01) << rho;
+    EXPECT_LE(missing, bound + 0.01) << rho;  // two sets of links
+    // The gather adds the first bounce.
+    EXPECT_LE(Compare(direct.patch, whole.patch, {.samples = 1 << 14}).value().l1_relative,
+              std::max(0.01, bound));
     EXPECT_EQ(direct.summary.rounds.back().iterations, 1U);
     EXPECT_GT(whole.summary.rounds.back().iterations, 2U);
     // What is left out shows as residual.
@@ -64,10 +81,51 @@ TEST(Effects, DirectLightAloneMissesNoMoreThanItsBound) {
   }
 }
 
-TEST(Effects, NothingIsCastInAConvexRoom) {
-  const Scene scene = testing::FurnaceCube(0.5, 1);
-  EXPECT_EQ(SolveWith(scene, "auto").summary.rays, 0U);
-  EXPECT_GT(SolveWith(scene, "+occlusion").summary.rays, 0U);
+TEST(Effects, OneChannelOfTintedLightIsOffByNoMoreThanItsBound) {
+  for (const double tint : {0.02, 0.1}) {
+    const Scene scene = TintedBox(0.6, tint, {2, 1, 0.5});
+    const SolveResult coloured = SolveWith(scene, "+colour"), grey = SolveWith(scene, "-colour");
+    const double off =
+        Compare(grey.patch, coloured.patch, {.samples = 1 << 14}).value().l1_relative;
+    EXPECT_GT(off, 0.1 * tint) << tint;
+    EXPECT_LE(off, BoundOf(scene, "colour")) << tint;
+    EXPECT_GE(grey.summary.rounds.back().error_solver, BoundOf(scene, "colour"));
+  }
+}
+
+TEST(Effects, OneChannelOfWhiteLightHasTheBitsOfThree) {
+  const Scene scene = TintedBox(0.6, 0, {2, 2, 2});
+  const SolveResult three = SolveWith(scene, "+colour");
+  EXPECT_EQ(BoundOf(scene, "colour"), 0);
+  for (const int workers : {1, 3}) {
+    const SolveResult one = SolveWith(scene, "auto", workers);
+    EXPECT_EQ(testing::BytesWithoutComments(one.patch), testing::BytesWithoutComments(three.patch));
+  }
+}
+
+TEST(Effects, OneChannelOfColouredLightIsThatLightTimesOneNumber) {
+  const Scene scene = TintedBox(0.6, 0, {3, 1.5, 0});
+  const SolveResult one = SolveWith(scene, "auto"), three = SolveWith(scene, "+colour");
+  ASSERT_GT(one.patch.faces.size(), 6U);
+  for (const PatchFace& face : one.patch.faces) {
+    EXPECT_EQ(face.irradiance[1], 0.5F * face.irradiance[0]);
+    EXPECT_EQ(face.irradiance[2], 0);
+  }
+  EXPECT_LT(Compare(one.patch, three.patch, {.samples = 1 << 14}).value().l1_relative, 1e-6);
+}
+
+TEST(Effects, OneChannelTravelsAsOneNumber) {
+  const auto bytes = [](const std::string& effects) {
+    const SolveResult result = SolveWith(TintedBox(0.6, 0, {2, 2, 2}), effects, 2);
+    uint64_t sum = 0;
+    for (const auto& [key, value] : result.patch.comments) {
+      unsigned long long in = 0;
+      if (key == "traffic" && std::sscanf(value.c_str(), "values bytes_in %llu", &in) == 1)
+        sum += in;
+    }
+    return static_cast<double>(sum);
+  };
+  EXPECT_LT(bytes("auto"), 0.9 * bytes("+colour"));
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "worker/radiosity/error_estimate.h"
 #include "worker/radiosity/escape.h"
 #include "worker/radiosity/gather.h"
+#include "worker/radiosity/one_channel.h"
 #include "worker/radiosity/solver.h"
 
 namespace isolux {
@@ -79,6 +80,10 @@ struct Shard::Impl {
   LeafSystem MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lanes>* start,
                             std::vector<uint32_t>* old_leaf) const;
   Status Solve(const ActiveNodes& nodes, double accuracy, Exchange& exchange, RoundReport& report);
+  template <typename V>
+  Result<SolverResultOf<V>> SolveLeaves(Product& product, const LeafSystemOf<V>& leaves,
+                                        std::type_identity_t<std::span<const V>> start,
+                                        double accuracy, Exchange& exchange) const;
   Status AddEnergy(const LeafSystem& leaves, std::span<const Lanes> irradiance,
                    std::span<const double> escape, Exchange& exchange, RoundReport& report) const;
   std::vector<double> EscapeShares(const ActiveNodes& nodes) const;
@@ -173,6 +178,17 @@ LeafSystem Shard::Impl::MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lan
   return leaves;
 }
 
+template <typename V>
+Result<SolverResultOf<V>> Shard::Impl::SolveLeaves(Product& product, const LeafSystemOf<V>& leaves,
+                                                   std::type_identity_t<std::span<const V>> start,
+                                                   double accuracy, Exchange& exchange) const {
+  LinkTransportOf<V> transport(product, leaves);
+  if (!plan.interreflection) return SolveDirect<V>(transport, leaves, exchange);
+  SolverOptionsOf<V> solver;
+  solver.accuracy = accuracy;
+  return isolux::Solve<V>(options.solver, transport, leaves, start, solver, exchange);
+}
+
 Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& exchange,
                           RoundReport& report) {
   std::vector<Lanes> start;
@@ -186,12 +202,14 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
   if (plan.closure) {
     ASSIGN_OR_RETURN(closing, Close(product, leaves, bounds, tolerance, exchange));
   }
-  LinkTransport transport(product, leaves);
   const auto solve = [&]() -> Result<SolverResult> {
-    if (!plan.interreflection) return SolveDirect(transport, leaves, exchange);
-    SolverOptions solver;
-    solver.accuracy = accuracy;
-    return isolux::Solve(options.solver, transport, leaves, start, solver, exchange);
+    if (plan.channels == 3) {
+      return SolveLeaves<Lanes>(product, leaves, start, accuracy, exchange);
+    }
+    ASSIGN_OR_RETURN(const auto grey,
+                     SolveLeaves<Single>(product, ToOneChannel(leaves, plan),
+                                         ToOneChannel(start, plan), accuracy, exchange));
+    return InColour(grey, plan);
   };
   ASSIGN_OR_RETURN(SolverResult solution, solve());
   if (solution.indefinite && plan.closure) {

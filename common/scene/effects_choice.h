@@ -17,8 +17,8 @@
 namespace isolux {
 
 // The effects that can be switched, in the order of the table.
-inline constexpr std::array<std::string_view, 3> kSwitchableEffects = {
-    "occlusion", "interreflection", "closure"};
+inline constexpr std::array<std::string_view, 4> kSwitchableEffects = {
+    "colour", "occlusion", "interreflection", "closure"};
 
 struct EffectsChoice {
   enum class Base { kAuto, kAll, kNone };

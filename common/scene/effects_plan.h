@@ -2,12 +2,26 @@
 // finds the same (common/hierarchy/effects/plan.h).
 #pragma once
 
+#include "common/vec.h"
+
 namespace isolux {
 
 struct EffectsPlan {
-  bool occlusion = true;        // polygons stand in each other's light: shadow rays
+  // 3, or 1: then every reflectance counts as grey, and all light is `light_colour` times one
+  // number, in which a lamp emits the dot product of its exitance and `exitance_weights`.
+  int channels = 3;
+  Rgb light_colour{1.0};  // the largest component is 1
+  Rgb exitance_weights{0.0};
+  double grey_error = 0;  // bound on what counting reflectances as grey costs, of the mean of H
+  bool occlusion = true;  // polygons stand in each other's light: shadow rays
   bool interreflection = true;  // solved for; else one pass of direct light
   bool closure = true;          // rows are scaled to what they must add up to
 };
+
+// The mean of the channels; of a grey reflectance itself, to the bit.
+inline double GreyOf(const Rgb& reflectance) {
+  const bool grey = reflectance.x == reflectance.y && reflectance.y == reflectance.z;
+  return grey ? reflectance.x : Sum(reflectance) / 3;
+}
 
 }  // namespace isolux

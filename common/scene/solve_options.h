@@ -43,7 +43,7 @@ struct RoundSummary {
   double error_spread = 0;      // its parts: variation of sources within a link,
   double error_visibility = 0;  //   sampled visibility,
   double error_coupling = 0;    //   coupling factors,
-  double error_solver = 0;      //   unfinished iteration
+  double error_solver = 0;      //   unfinished iteration, effects left out
   uint64_t elements = 0;        // leaves of the hierarchy
   uint64_t links = 0;           // kept, over all workers
   uint64_t evaluations = 0;     // link evaluations in this round

@@ -59,7 +59,7 @@ struct LinkBench {
 
   std::vector<Lanes> Irradiance(const std::vector<Lanes>& radiosity) {
     std::vector<Lanes> result(radiosity.size());
-    EXPECT_TRUE(product->Irradiance(radiosity, 1.0, 3, result).ok());
+    EXPECT_TRUE(product->Irradiance(radiosity, 1.0, result).ok());
     return result;
   }
 

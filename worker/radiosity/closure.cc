@@ -32,8 +32,8 @@ class Closer {
   // Rows with the factors of now, and how far the worst of all workers is from its bounds.
   Result<double> Measure() {
     RETURN_IF_ERROR(product_.SetInheritance(leaves_.inheritance));
-    for (size_t i = 0; i < leaves_.size(); ++i) radiosity_[i] = Lanes{leaves_.closure[i], 0, 0, 0};
-    RETURN_IF_ERROR(product_.Irradiance(radiosity_, kMost, 1, row_, LinkScope::kAll, inherited_));
+    for (size_t i = 0; i < leaves_.size(); ++i) radiosity_[i] = Single{leaves_.closure[i]};
+    RETURN_IF_ERROR(product_.Irradiance(radiosity_, kMost, row_, LinkScope::kAll, inherited_));
     ++products_;
     Reduction reduction;
     reduction.maxima = {0};
@@ -93,7 +93,7 @@ class Closer {
   LeafSystem& leaves_;
   std::span<const RowBounds> bounds_;
   Exchange& exchange_;
-  std::vector<Lanes> radiosity_, row_, inherited_;
+  std::vector<Single> radiosity_, row_, inherited_;
   uint32_t products_ = 0;
 };
 

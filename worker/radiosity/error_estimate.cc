@@ -56,12 +56,11 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
                                     std::span<const Lanes> irradiance, const Previous& previous,
                                     const SolverResult& solved, Exchange& exchange) {
   const size_t n = leaves.size();
-  std::vector<Lanes> radiosity(n);
+  std::vector<Single> radiosity(n);
   Reduction power;
   power.sums.resize(4);  // of H A, of lit area, of lit A (1 − ρ̄), of E A
   for (size_t i = 0; i < n; ++i) {
-    radiosity[i] =
-        Lanes{SumOf(leaves.exitance[i] + leaves.reflectance[i] * irradiance[i]), 0, 0, 0};
+    radiosity[i] = Single{SumOf(leaves.exitance[i] + leaves.reflectance[i] * irradiance[i])};
     const double area = leaves.area_m2[i];
     const double arriving = SumOf(irradiance[i]);
     power.sums[3].Add(area * SumOf(leaves.exitance[i]));
@@ -80,13 +79,13 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
 
   std::vector<IntLanes> sums(n);
   using Inherit = Product::Inherit;
-  RETURN_IF_ERROR(product.Sums(
-      radiosity, 1, {Inherit::kHalf, Inherit::kWhole, Inherit::kWhole, Inherit::kWhole},
-      [&](const Link& link, const Slots::Ends& ends, const Lanes& xp, const Lanes& xq, Lanes& to_p,
+  RETURN_IF_ERROR(product.Sums<IntLanes>(
+      radiosity, {Inherit::kHalf, Inherit::kWhole, Inherit::kWhole, Inherit::kWhole},
+      [&](const Link& link, const Slots::Ends& ends, double xp, double xq, Lanes& to_p,
           Lanes& to_q) {
         NodeValues p = tree.values(link.p), q = tree.values(link.q);
-        p.radiosity = static_cast<float>(xp[0]);
-        q.radiosity = static_cast<float>(xq[0]);
+        p.radiosity = static_cast<float>(xp);
+        q.radiosity = static_cast<float>(xq);
         const LinkError error = ErrorOf(tree, link, p, q);
         const double deviation = link.visibility_deviation();
         const double doubt = deviation > 0 ? link.doubt() / deviation : 0.0;
@@ -101,17 +100,17 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
             Lanes{Square(p.radiosity * link.variation_q * share), Square(error.spread_q_w * at_q),
                   Square(doubt * error.visibility_q_w * at_q), Square(error.coupling_q_w * at_q)};
       },
-      sums));
-  std::vector<IntLanes> doubts(n);
-  RETURN_IF_ERROR(product.Sums(
-      radiosity, 1, {},
-      [&](const Link& link, const Slots::Ends& ends, const Lanes& xp, const Lanes& xq, Lanes& to_p,
-          Lanes& to_q) {
+      std::span<IntLanes>(sums)));
+  std::vector<IntSingle> doubts(n);
+  RETURN_IF_ERROR(product.Sums<IntSingle>(
+      radiosity, {},
+      [&](const Link& link, const Slots::Ends& ends, double xp, double xq, Single& to_p,
+          Single& to_q) {
         const double brings = link.unoccluded_m2 * link.doubt() / unit;
-        to_p = Lanes{Amplitude(brings * xq[0] * product.inverse_area(ends.p)), 0, 0, 0};
-        to_q = Lanes{Amplitude(brings * xp[0] * product.inverse_area(ends.q)), 0, 0, 0};
+        to_p = Single{Amplitude(brings * xq * product.inverse_area(ends.p))};
+        to_q = Single{Amplitude(brings * xp * product.inverse_area(ends.q))};
       },
-      doubts));
+      std::span<IntSingle>(doubts)));
 
   // Local errors, and how much ambient light they make or lose.
   struct Local {
@@ -157,8 +156,9 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
   estimate.spread = factor * by_cause.sums[0].Value();
   estimate.visibility = factor * by_cause.sums[1].Value();
   estimate.coupling = factor * by_cause.sums[2].Value();
-  estimate.solver = solved.residual * totals.sums[3].Value() /
-                    (arriving * std::max(1e-6, 1 - solved.largest_eigenvalue));
+  estimate.solver =
+      solved.neglected + solved.residual * totals.sums[3].Value() /
+                             (arriving * std::max(1e-6, 1 - solved.largest_eigenvalue));
   estimate.change = total.sums[1].Value() / arriving;
   estimate.total = std::max(total.sums[0].Value() / arriving + estimate.solver,
                             kShareOfChange * estimate.change);

@@ -36,8 +36,9 @@ std::vector<Share> SharesOf(const Tree& tree, const Slots& slots, uint32_t slot)
 
 }  // namespace
 
-LocalRows::LocalRows(const Tree& tree, const ActiveNodes& active, std::span<const Link> links,
-                     std::span<const double> inheritance) {
+template <typename V>
+LocalRowsOf<V>::LocalRowsOf(const Tree& tree, const ActiveNodes& active,
+                            std::span<const Link> links, std::span<const double> inheritance) {
   std::vector<uint32_t> row_of(tree.size(), kNone);
   for (size_t k = 0; k < active.own.size(); ++k) {
     const uint32_t node = active.own[k];
@@ -100,15 +101,16 @@ LocalRows::LocalRows(const Tree& tree, const ActiveNodes& active, std::span<cons
   sum_.resize(n);
 }
 
-void LocalRows::Sweep(std::span<Lanes> values, const Update& update) {
+template <typename V>
+void LocalRowsOf<V>::Sweep(std::span<V> values, const Update& update) {
   const size_t n = value_.size();
-  std::fill(sum_.begin(), sum_.end(), Lanes{});
+  std::fill(sum_.begin(), sum_.end(), V{});
   for (size_t k = n; k-- > 0;) {
     const Row& row = rows_[k];
     value_[k] = row.is_leaf ? values[row.first_leaf] : sum_[k] * row.inverse_area;
     if (row.parent != kNone) sum_[row.parent] += value_[k] * (row.area_m2 * row.inheritance);
   }
-  std::fill(sum_.begin(), sum_.end(), Lanes{});
+  std::fill(sum_.begin(), sum_.end(), V{});
   // A node's value is brought up to date once all below it are through.
   std::vector<uint32_t> open;
   const auto close = [&] {
@@ -122,7 +124,7 @@ void LocalRows::Sweep(std::span<Lanes> values, const Update& update) {
   for (uint32_t k = 0; k < n; ++k) {
     const Row& row = rows_[k];
     while (!open.empty() && open.back() != row.parent) close();
-    Lanes arriving = row.parent == kNone ? Lanes{} : arriving_[row.parent] * row.inheritance;
+    V arriving = row.parent == kNone ? V{} : arriving_[row.parent] * row.inheritance;
     for (const Coupling& c : CouplingsOf(k)) {
       arriving += value_[c.other] * (c.coupling_m2 * row.inverse_area);
     }
@@ -133,14 +135,15 @@ void LocalRows::Sweep(std::span<Lanes> values, const Update& update) {
   while (!open.empty()) close();
 }
 
-void LocalRows::Shoot(size_t leaf, const Lanes& value, const Add& add) const {
+template <typename V>
+void LocalRowsOf<V>::Shoot(size_t leaf, const V& value, const Add& add) const {
   const Row& from = rows_[row_of_leaf_[leaf]];
   for (uint32_t k = row_of_leaf_[leaf]; k != kNone; k = rows_[k].parent) {
     const double share = rows_[k].is_leaf ? 1 : from.inheritance;
-    const Lanes mean = value * (share * from.area_m2 * rows_[k].inverse_area);
+    const V mean = value * (share * from.area_m2 * rows_[k].inverse_area);
     for (const Coupling& c : CouplingsOf(k)) {
       const Row& other = rows_[c.other];
-      const Lanes arriving = mean * (c.coupling_m2 * other.inverse_area);
+      const V arriving = mean * (c.coupling_m2 * other.inverse_area);
       if (other.is_leaf) {
         add(other.first_leaf, arriving);
         continue;
@@ -151,5 +154,8 @@ void LocalRows::Shoot(size_t leaf, const Lanes& value, const Add& add) const {
     }
   }
 }
+
+template class LocalRowsOf<Single>;
+template class LocalRowsOf<Lanes>;
 
 }  // namespace isolux

@@ -8,28 +8,29 @@
 #include <span>
 #include <vector>
 
-#include "worker/coupling/lanes.h"
+#include "worker/radiosity/channels.h"
 #include "worker/radiosity/matvec.h"
 
 namespace isolux {
 
-class LocalRows {
+template <typename V>
+class LocalRowsOf {
  public:
   // inheritance: of own leaves, as LeafSystem has it.
-  LocalRows(const Tree& tree, const ActiveNodes& active, std::span<const Link> links,
-            std::span<const double> inheritance);
+  LocalRowsOf(const Tree& tree, const ActiveNodes& active, std::span<const Link> links,
+              std::span<const double> inheritance);
 
   // Goes through the leaves in order: value[i] = update(i, arriving), where `arriving` is what the
   // links bring to the leaf from the values as they are by then. A node's links are read once, when
   // its first leaf is reached: none of them ends at or below the node, so what they bring is the
   // same for all its leaves, and a sweep costs as much as a product.
-  using Update = std::function<Lanes(size_t leaf, const Lanes& arriving)>;
-  void Sweep(std::span<Lanes> values, const Update& update);
+  using Update = std::function<V(size_t leaf, const V& arriving)>;
+  void Sweep(std::span<V> values, const Update& update);
 
   // Calls add(leaf, arriving), for all leaves that see it, once or more: what arrives when one leaf
   // alone has a value.
-  using Add = std::function<void(size_t leaf, const Lanes& arriving)>;
-  void Shoot(size_t leaf, const Lanes& value, const Add& add) const;
+  using Add = std::function<void(size_t leaf, const V& arriving)>;
+  void Shoot(size_t leaf, const V& value, const Add& add) const;
 
  private:
   static constexpr uint32_t kNone = 0xffffffffu;
@@ -56,7 +57,8 @@ class LocalRows {
   std::vector<Row> rows_;  // parents before children, and one more to end the last
   std::vector<Coupling> couplings_;
   std::vector<uint32_t> row_of_leaf_;
-  std::vector<Lanes> value_, arriving_, sum_;  // by row
+  std::vector<V> value_, arriving_, sum_;  // by row
 };
+using LocalRows = LocalRowsOf<Lanes>;
 
 }  // namespace isolux

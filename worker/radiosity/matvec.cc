@@ -1,5 +1,7 @@
 #include "worker/radiosity/matvec.h"
 
+#include <immintrin.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -13,149 +15,7 @@ double Now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-// Walks the active nodes below one cut node, parents first.
-void ListActive(const Tree& tree, const std::vector<uint8_t>& active, uint32_t top,
-                ActiveNodes& nodes) {
-  std::vector<uint32_t> stack{top};
-  while (!stack.empty()) {
-    const uint32_t node = stack.back();
-    stack.pop_back();
-    std::vector<uint32_t> children;
-    tree.ForEachChild(node, [&](uint32_t child) {
-      if (tree.is_cluster(node) || active[child] != 0) children.push_back(child);
-    });
-    nodes.own.push_back(node);
-    nodes.is_leaf.push_back(children.empty() ? 1 : 0);
-    if (children.empty()) nodes.leaves.push_back(node);
-    stack.insert(stack.end(), children.rbegin(), children.rend());
-  }
-}
-
-// An element that is an end of a link is there, with its sibling and all above.
-void Activate(const Tree& tree, uint32_t node, std::vector<uint8_t>& active) {
-  while (!tree.is_cluster(node) && active[node] == 0) {
-    active[node] = 1;
-    const Node& n = tree.node(node);
-    if (n.id.is_surface()) return;
-    active[tree.node(n.parent).first_child + ((n.id.path & 1) ^ 1)] = 1;
-    node = n.parent;
-  }
-}
-
-// Directions in which the values of clusters are needed: those asked for, and the same of all
-// clusters below.
-void NeedBelow(const Tree& tree, std::vector<uint16_t>& directions) {
-  for (uint32_t c = 0; c < directions.size(); ++c) {  // parents come first
-    const Cluster& cluster = tree.cluster(c);
-    for (uint32_t i = 0; i < cluster.child_count; ++i) {
-      directions[cluster.first_child + i] |= directions[c];
-    }
-  }
-}
-
-// What the links here need of others, by home: ids of slots, sorted. `ends` gets, for each node,
-// whether it is the end of a link.
-std::vector<std::vector<NodeId>> ListWanted(const Tree& tree, const Placement& placement,
-                                            const LinkSet& links, std::vector<uint8_t>& ends,
-                                            std::vector<uint16_t>& directions) {
-  const Slots slots(tree);
-  const Assignment& assignment = placement.assignment();
-  ends.assign(tree.size(), 0);
-  std::vector<uint8_t> needed(slots.count(tree), 0);  // of slots
-  const auto need = [&](const Link& link) {
-    const Slots::Ends e = slots.Of(tree, link.p, link.q);
-    needed[e.p] = needed[e.q] = 1;
-  };
-  for (const Link& link : links.own) {
-    ends[link.p] = ends[link.q] = 1;
-    need(link);
-  }
-  for (const Link& link : links.crown) {
-    ends[link.p] = ends[link.q] = 1;
-    if (placement.HomeOfLink(link.p, link.q) == placement.self()) need(link);
-  }
-  directions.assign(tree.hierarchy().clusters().size(), 0);
-  for (uint32_t slot = 0; slots.is_cluster(slot); ++slot) {
-    if (needed[slot] != 0) {
-      directions[slots.NodeOf(slot)] |= static_cast<uint16_t>(1U << slots.DirectionOf(slot));
-    }
-  }
-  // A crown cluster's value is pulled from the cut here, so those of the cut below are needed too.
-  std::vector<uint16_t> crown(directions.size(), 0);
-  for (uint32_t c = 0; c < crown.size(); ++c) {
-    if (placement.InCrown(c)) crown[c] = directions[c];
-  }
-  for (uint32_t c = 0; c < crown.size(); ++c) {
-    const Cluster& cluster = tree.cluster(c);
-    if (!placement.InCrown(c)) continue;
-    for (uint32_t i = 0; i < cluster.child_count; ++i) {
-      crown[cluster.first_child + i] |= crown[c];
-    }
-  }
-  std::vector<std::vector<NodeId>> wanted(assignment.worker_count);
-  for (uint32_t slot = 0; slot < needed.size(); ++slot) {
-    const uint32_t node = slots.NodeOf(slot);
-    if (placement.InCrown(node)) continue;
-    const bool above = slots.is_cluster(slot) &&
-                       placement.cut_node(placement.CutOf(node)) == node &&
-                       (crown[node] >> slots.DirectionOf(slot) & 1) != 0;
-    const uint32_t home = placement.HomeOf(node);
-    if ((needed[slot] != 0 || above) && home != placement.self()) {
-      wanted[home].push_back(slots.IdOf(tree, slot));
-    }
-  }
-  for (auto& ids : wanted) std::sort(ids.begin(), ids.end());
-  return wanted;
-}
-
 }  // namespace
-
-Result<ActiveNodes> Subscribe(Tree& tree, Placement& placement, const LinkSet& links,
-                              Exchange& exchange) {
-  const Slots slots(tree);
-  ActiveNodes nodes;
-  std::vector<uint8_t> ends;
-  const std::vector<std::vector<NodeId>> wanted =
-      ListWanted(tree, placement, links, ends, nodes.directions);
-  ASSIGN_OR_RETURN(const std::vector<NodeId> exported, exchange.Subscribe(wanted));
-  for (const NodeId& id : exported) {
-    if (!id.is_cluster() && id.surface < tree.hierarchy().surfaces().size() &&
-        id.level() <= kMaxLevel) {
-      tree.FindOrMake(id);
-      placement.Extend(tree);
-    }
-    const uint32_t slot = slots.Find(tree, id);
-    if (slot == kNoNode) {
-      return Error(StatusCode::kInternal, "another worker wants node {}:{}", id.surface, id.path);
-    }
-    const uint32_t node = slots.NodeOf(slot);
-    if (!placement.IsMine(node)) {
-      return Error(StatusCode::kInternal, "node {}:{} is wanted from the wrong worker", id.surface,
-                   id.path);
-    }
-    nodes.exported.push_back(slot);
-    ends.resize(tree.size(), 0);
-    ends[node] = 1;
-    if (slots.is_cluster(slot)) {
-      nodes.directions[node] |= static_cast<uint16_t>(1U << slots.DirectionOf(slot));
-    }
-  }
-  NeedBelow(tree, nodes.directions);
-  for (const auto& ids : wanted) {
-    for (const NodeId& id : ids) nodes.proxies.push_back(slots.Find(tree, id));
-  }
-  std::vector<uint8_t> active(tree.size(), 0);
-  for (uint32_t node = 0; node < ends.size(); ++node) {
-    if (ends[node] != 0) Activate(tree, node, active);
-  }
-  // The cut's own nodes exist whatever the links say.
-  for (uint32_t c = 0; c < placement.cut_size(); ++c) Activate(tree, placement.cut_node(c), active);
-  for (uint32_t c = 0; c < placement.cut_size(); ++c) {
-    if (placement.assignment().home[c] == placement.self())
-      ListActive(tree, active, placement.cut_node(c), nodes);
-  }
-  return nodes;
-}
 
 Product::Product(const Tree& tree, const Placement& placement, LinkSet& links,
                  const ActiveNodes& active, ThreadPool& pool, Exchange& exchange)
@@ -183,68 +43,154 @@ Product::Product(const Tree& tree, const Placement& placement, LinkSet& links,
                             : tree.area_m2(node);
     inverse_area_[slot] = area > 0 ? 1 / area : 0;
   }
-  ends_.resize(links.own.size());
+  ends_.resize(links.own.size() + crown_.size());
   pool.For(ends_.size(), 8192, [&](size_t begin, size_t end, int) {
     for (size_t i = begin; i < end; ++i) {
-      ends_[i] = slots_.Of(tree, links.own[i].p, links.own[i].q);
+      const Link& link = LinkAt(i);
+      ends_[i] = slots_.Of(tree, link.p, link.q);
     }
   });
-  for (const Link& link : crown_) crown_ends_.push_back(slots_.Of(tree, link.p, link.q));
   leaf_of_.assign(count, kNoNode);
   for (uint32_t i = 0; i < active.leaves.size(); ++i) {
     leaf_of_[slots_.OfElement(active.leaves[i])] = i;
   }
   inheritance_.assign(active.leaves.size(), 1.0);
-  from_above_.resize(active.leaves.size());
-  cut_upward_.resize(placement.cut_size());
-  value_.assign(count, Lanes{});
-  sum_.assign(pool.thread_count(), std::vector<IntLanes>(count, IntLanes{}));
+  ListSteps();
 }
 
-Status Product::Irradiance(std::span<const Lanes> radiosity, double bound, int lanes,
-                           std::span<Lanes> irradiance, LinkScope scope,
-                           std::span<Lanes> inherited) {
+void Product::ListSteps() {
+  for (size_t k = 0; k < active_.own.size(); ++k) {
+    const uint32_t node = active_.own[k];
+    if (active_.is_leaf[k] != 0) continue;
+    Step step;
+    step.child = node;
+    if (!tree_.is_cluster(node)) {
+      const uint32_t child = tree_.node(node).first_child;
+      step.slot = slots_.OfElement(node);
+      step.child = slots_.OfElement(child);
+      step.leaf = {leaf_of_[step.child], leaf_of_[step.child + 1]};
+      step.area_m2 = {tree_.area_m2(child), tree_.area_m2(child + 1)};
+    }
+    steps_.push_back(step);
+  }
+}
+
+template <typename V>
+Product::Values<V>& Product::values() {
+  auto& values = std::get<Values<V>>(values_);
+  if (values.of_slot.empty()) {
+    values.of_slot.assign(inverse_area_.size(), V{});
+    values.cut_upward.resize(placement_.cut_size());
+  }
+  return values;
+}
+
+template <typename Int>
+Product::Totals<Int>& Product::totals() {
+  auto& totals = std::get<Totals<Int>>(totals_);
+  if (totals.by_thread.empty()) {
+    totals.by_thread.assign(static_cast<size_t>(pool_.thread_count()),
+                            std::vector<Int>(inverse_area_.size(), Int{}));
+    totals.from_above.resize(leaf_count());
+  }
+  return totals;
+}
+
+const std::vector<Product::Factors>& Product::factors() {
+  if (factors_.size() != ends_.size()) {
+    factors_.resize(ends_.size());
+    pool_.For(ends_.size(), 8192, [&](size_t begin, size_t end, int) {
+      for (size_t i = begin; i < end; ++i) {
+        const double coupling_m2 = LinkAt(i).coupling_m2();
+        factors_[i] = {coupling_m2 * inverse_area_[ends_[i].p],
+                       coupling_m2 * inverse_area_[ends_[i].q]};
+      }
+    });
+  }
+  return factors_;
+}
+
+template <>
+void Product::AddLinks<Lanes>(size_t first, size_t last, const Lanes* value, IntLanes* sum) const {
+  for (size_t i = first; i < last; ++i) {
+    const Slots::Ends& e = ends_[i];
+    const Lanes to_p = value[e.q] * factors_[i].to_p, to_q = value[e.p] * factors_[i].to_q;
+    sum[e.p] += ToInteger(to_p);
+    sum[e.q] += ToInteger(to_q);
+  }
+}
+
+// Two links at a time, side by side: to_p and to_q of the one, then of the other.
+template <>
+void Product::AddLinks<Single>(size_t first, size_t last, const Single* value,
+                               IntSingle* sum) const {
+  const auto* values = reinterpret_cast<const double*>(value);
+  auto* sums = reinterpret_cast<int64_t*>(sum);
+  size_t i = first;
+  for (; i + 2 <= last; i += 2) {
+    const Slots::Ends* e = &ends_[i];
+    const Lanes x{values[e[0].q], values[e[0].p], values[e[1].q], values[e[1].p]};
+    const auto factor = reinterpret_cast<Lanes>(_mm256_loadu_pd(&factors_[i].to_p));
+    const IntLanes to = ToInteger<Lanes>(x * factor);
+    sums[e[0].p] += to[0];
+    sums[e[0].q] += to[1];
+    sums[e[1].p] += to[2];
+    sums[e[1].q] += to[3];
+  }
+  for (; i < last; ++i) {
+    const Slots::Ends& e = ends_[i];
+    sum[e.p] += ToInteger<Single>(value[e.q] * factors_[i].to_p);
+    sum[e.q] += ToInteger<Single>(value[e.p] * factors_[i].to_q);
+  }
+}
+
+template <typename V>
+Status Product::IrradianceOf(std::span<const V> radiosity, double bound, std::span<V> irradiance,
+                             LinkScope scope, std::span<V> inherited) {
   bound *= gain_;
   if (!(bound > 0)) {
     // Nothing radiates, here or anywhere.
-    std::fill(irradiance.begin(), irradiance.end(), Lanes{});
+    std::fill(irradiance.begin(), irradiance.end(), V{});
     return {};
   }
   // |F x| ≤ |x| < 2^50 units: the sum of a row that adds up to 1 has room to spare.
   const int exponent = 49 - std::ilogb(bound);
-  const double scale = std::ldexp(1.0, exponent);
-  std::vector<IntLanes> sums(leaf_count());
-  RETURN_IF_ERROR(Sums(
-      radiosity, lanes, {},
-      [&](const Link& link, const Slots::Ends& ends, const Lanes& xp, const Lanes& xq, Lanes& to_p,
-          Lanes& to_q) {
-        const double c = link.coupling_m2() * scale;
-        to_p = xq * (c * inverse_area_[ends.p]);
-        to_q = xp * (c * inverse_area_[ends.q]);
-      },
-      sums, scope));
+  using Int = MaskOf<V>;
+  factors();
+  const auto apply = [&](size_t first, size_t last, Int* sum) {
+    AddLinks<V>(first, last, values<V>().of_slot.data(), sum);
+  };
+  std::vector<Int> sums(leaf_count());
+  RETURN_IF_ERROR((Transport<V, Int>(radiosity, std::ldexp(1.0, exponent), kChannelsOf<V>, {},
+                                     apply, sums, scope)));
   const double unit = std::ldexp(1.0, -exponent);
-  for (size_t i = 0; i < sums.size(); ++i) {
-    for (int lane = 0; lane < 4; ++lane) {
-      irradiance[i][lane] = static_cast<double>(sums[i][lane]) * unit;
+  const std::vector<Int>& from_above = totals<Int>().from_above;
+  const auto convert = [&](std::span<V> to, const std::vector<Int>& from) {
+    for (size_t i = 0; i < to.size(); ++i) {
+      for (int lane = 0; lane < kLanesOf<V>; ++lane) {
+        to[i][lane] = static_cast<double>(from[i][lane]) * unit;
+      }
     }
-  }
-  for (size_t i = 0; i < inherited.size(); ++i) {
-    for (int lane = 0; lane < 4; ++lane) {
-      inherited[i][lane] = static_cast<double>(from_above_[i][lane]) * unit;
-    }
-  }
+  };
+  convert(irradiance.first(sums.size()), sums);
+  convert(inherited, from_above);
   return {};
 }
+
+template Status Product::IrradianceOf(std::span<const Single>, double, std::span<Single>, LinkScope,
+                                      std::span<Single>);
+template Status Product::IrradianceOf(std::span<const Lanes>, double, std::span<Lanes>, LinkScope,
+                                      std::span<Lanes>);
 
 Status Product::SetInheritance(std::span<const double> of_leaves) {
   CHECK_EQ(of_leaves.size(), inheritance_.size());
   std::copy(of_leaves.begin(), of_leaves.end(), inheritance_.begin());
-  PullOwn(std::vector<Lanes>(leaf_count(), Splat(1.0)));
+  PullOwn<Single>(std::vector<Single>(leaf_count(), Single{1.0}), 1);
+  const std::vector<Single>& value = values<Single>().of_slot;
   Reduction reduction;
   reduction.maxima = {1};
   const auto take = [&](uint32_t slot) {
-    reduction.maxima[0] = std::max(reduction.maxima[0], value_[slot][0]);
+    reduction.maxima[0] = std::max(reduction.maxima[0], double{value[slot][0]});
   };
   for (const uint32_t node : active_.own) {
     if (!tree_.is_cluster(node)) {
@@ -268,116 +214,143 @@ Status Product::SetInheritance(std::span<const double> of_leaves) {
 }
 
 // What an element gives to the radiosity of its parent.
-Lanes Product::Upward(uint32_t child) const {
+template <typename V>
+V Product::Upward(uint32_t child) const {
+  const auto& values = std::get<Values<V>>(values_);
   if (placement_.InCrown(tree_.node(child).parent) && !placement_.InCrown(child)) {
-    return cut_upward_[placement_.CutOf(child)];
+    return values.cut_upward[placement_.CutOf(child)];
   }
   const uint32_t slot = slots_.OfElement(child);
   const uint32_t leaf = leaf_of_[slot];
-  return leaf == kNoNode ? value_[slot] : value_[slot] * inheritance_[leaf];
+  return leaf == kNoNode ? values.of_slot[slot] : values.of_slot[slot] * inheritance_[leaf];
 }
 
 // Radiosity of a cluster as seen from one direction: the mean over the area that faces it.
-Lanes Product::PullCluster(uint32_t cluster, int direction) const {
-  Lanes sum{};
+template <typename V>
+V Product::PullCluster(uint32_t cluster, int direction) const {
+  const std::vector<V>& value = std::get<Values<V>>(values_).of_slot;
+  V sum{};
   tree_.ForEachChild(cluster, [&](uint32_t child) {
     if (tree_.is_cluster(child)) {
-      sum += tree_.facing().area_m2(child, direction) * value_[slots_.OfCluster(child, direction)];
+      sum += tree_.facing().area_m2(child, direction) * value[slots_.OfCluster(child, direction)];
     } else {
       const double cosine = tree_.facing().cosine(tree_.node(child).id.surface, direction);
-      sum += (tree_.area_m2(child) * cosine) * Upward(child);
+      sum += (tree_.area_m2(child) * cosine) * Upward<V>(child);
     }
   });
   return sum * inverse_area_[slots_.OfCluster(cluster, direction)];
 }
 
-void Product::PullOwn(std::span<const Lanes> leaf_values) {
+template <typename V>
+void Product::PullOwn(std::span<const V> leaf_values, double scale) {
   CHECK_EQ(leaf_values.size(), active_.leaves.size());
-  size_t leaf = leaf_values.size();
-  for (size_t k = active_.own.size(); k-- > 0;) {
-    const uint32_t node = active_.own[k];
-    if (active_.is_leaf[k] != 0) {
-      value_[slots_.OfElement(node)] = leaf_values[--leaf];
-    } else {
-      Pull(node);
+  std::vector<V>& value = values<V>().of_slot;
+  for (size_t i = 0; i < leaf_values.size(); ++i) {
+    value[slots_.OfElement(active_.leaves[i])] = leaf_values[i] * scale;
+  }
+  for (size_t k = steps_.size(); k-- > 0;) {
+    const Step& step = steps_[k];
+    if (step.slot == kNoNode) {
+      Pull<V>(step.child);
+      continue;
     }
+    const auto upward = [&](int i) {
+      const double share = step.leaf[i] == kNoNode ? 1.0 : inheritance_[step.leaf[i]];
+      return value[step.child + i] * share * step.area_m2[i];
+    };
+    value[step.slot] = (upward(0) + upward(1)) * inverse_area_[step.slot];
   }
 }
 
 // From the children that have their values.
+template <typename V>
 void Product::Pull(uint32_t node) {
+  std::vector<V>& value = std::get<Values<V>>(values_).of_slot;
   if (tree_.is_cluster(node)) {
     for (int d = 0; d < kDirections; ++d) {
       if ((active_.directions[node] >> d & 1) == 0) continue;
-      value_[slots_.OfCluster(node, d)] = PullCluster(node, d);
+      value[slots_.OfCluster(node, d)] = PullCluster<V>(node, d);
     }
     return;
   }
-  Lanes sum{};
-  tree_.ForEachChild(node, [&](uint32_t child) { sum += Upward(child) * tree_.area_m2(child); });
+  V sum{};
+  tree_.ForEachChild(node, [&](uint32_t child) { sum += Upward<V>(child) * tree_.area_m2(child); });
   const uint32_t slot = slots_.OfElement(node);
-  value_[slot] = sum * inverse_area_[slot];
+  value[slot] = sum * inverse_area_[slot];
 }
 
-Status Product::SendOwnValues(int lanes) {
-  const auto pack = [&](std::vector<double>& out, uint32_t slot) {
-    for (int lane = 0; lane < lanes; ++lane) out.push_back(value_[slot][lane]);
-  };
+template <typename V>
+Status Product::SendOwnValues() {
+  const std::vector<V>& value = values<V>().of_slot;
   std::vector<double> cut, exported;
   for (uint32_t c = 0; c < placement_.cut_size(); ++c) {
     if (placement_.assignment().home[c] != placement_.self()) continue;
     const uint32_t node = placement_.cut_node(c);
     // The values of clusters are wanted by direction: they travel as proxies.
-    Lanes upward{};
+    V upward{};
     if (!tree_.is_cluster(node)) {
       const uint32_t slot = slots_.OfElement(node);
-      upward = value_[slot] * (leaf_of_[slot] == kNoNode ? 1.0 : inheritance_[leaf_of_[slot]]);
+      upward = value[slot] * (leaf_of_[slot] == kNoNode ? 1.0 : inheritance_[leaf_of_[slot]]);
     }
-    for (int lane = 0; lane < lanes; ++lane) cut.push_back(upward[lane]);
+    for (int lane = 0; lane < kChannelsOf<V>; ++lane) cut.push_back(upward[lane]);
   }
-  exported.reserve(active_.exported.size() * lanes);
-  for (const uint32_t slot : active_.exported) pack(exported, slot);
+  exported.reserve(active_.exported.size() * kChannelsOf<V>);
+  for (const uint32_t slot : active_.exported) {
+    for (int lane = 0; lane < kChannelsOf<V>; ++lane) exported.push_back(value[slot][lane]);
+  }
   return exchange_.SendValues(cut, exported);
 }
 
-Status Product::ReceiveOtherValues(int lanes) {
+template <typename V>
+Status Product::ReceiveOtherValues() {
+  constexpr size_t kLanes = kChannelsOf<V>;
   const double start = Now();
   ASSIGN_OR_RETURN(const ReceivedValues received, exchange_.ReceiveValues());
   wait_s_ += Now() - start;
-  if (received.cut.size() != size_t{placement_.cut_size()} * lanes ||
-      received.proxies.size() != active_.proxies.size() * lanes) {
+  if (received.cut.size() != placement_.cut_size() * kLanes ||
+      received.proxies.size() != active_.proxies.size() * kLanes) {
     return {StatusCode::kInternal, "values of a product have the wrong length"};
   }
+  std::vector<V>& value = values<V>().of_slot;
   for (size_t i = 0; i < active_.proxies.size(); ++i) {
-    for (int lane = 0; lane < lanes; ++lane) {
-      value_[active_.proxies[i]][lane] = received.proxies[i * lanes + lane];
+    for (size_t lane = 0; lane < kLanes; ++lane) {
+      value[active_.proxies[i]][lane] = received.proxies[i * kLanes + lane];
     }
   }
-  PullCrown(received.cut, lanes);
+  PullCrown<V>(received.cut);
   return {};
 }
 
-void Product::PullCrown(std::span<const double> cut_values, int lanes) {
-  for (uint32_t c = 0; c < placement_.cut_size(); ++c) {
-    for (int lane = 0; lane < lanes; ++lane) {
-      cut_upward_[c][lane] = cut_values[size_t{c} * lanes + lane];
-    }
+template <typename V>
+void Product::PullCrown(std::span<const double> cut_values) {
+  constexpr size_t kLanes = kChannelsOf<V>;
+  std::vector<V>& upward = values<V>().cut_upward;
+  for (size_t c = 0; c < upward.size(); ++c) {
+    for (size_t lane = 0; lane < kLanes; ++lane) upward[c][lane] = cut_values[c * kLanes + lane];
   }
   const auto& crown = placement_.crown();
-  for (size_t k = crown.size(); k-- > 0;) Pull(crown[k]);
+  for (size_t k = crown.size(); k-- > 0;) Pull<V>(crown[k]);
 }
 
+template <typename Int>
+void Product::Clear() {
+  for (auto& thread : totals<Int>().by_thread) std::fill(thread.begin(), thread.end(), Int{});
+}
+
+template <typename Int>
 void Product::CollectThreads() {
-  if (sum_.size() == 1) return;
-  pool_.For(sum_[0].size(), 8192, [&](size_t begin, size_t end, int) {
-    for (size_t t = 1; t < sum_.size(); ++t) {
-      for (size_t i = begin; i < end; ++i) sum_[0][i] += sum_[t][i];
+  auto& sum = totals<Int>().by_thread;
+  if (sum.size() == 1) return;
+  pool_.For(sum[0].size(), 8192, [&](size_t begin, size_t end, int) {
+    for (size_t t = 1; t < sum.size(); ++t) {
+      for (size_t i = begin; i < end; ++i) sum[0][i] += sum[t][i];
     }
   });
 }
 
+template <typename Int>
 Status Product::ExchangeSums(int lanes) {
-  std::vector<IntLanes>& sum = sum_[0];
+  std::vector<Int>& sum = totals<Int>().by_thread[0];
   std::vector<uint32_t> crown;  // slots
   for (const uint32_t node : placement_.crown()) {
     if (!tree_.is_cluster(node)) {
@@ -416,19 +389,22 @@ Status Product::ExchangeSums(int lanes) {
 
 // A cluster's clusters take over what it received; its surfaces take it in proportion to the cosine
 // of the direction. Rounded here, once for each surface, from the sum over all links.
+template <typename Int>
 void Product::PushCluster(uint32_t cluster) {
-  std::vector<IntLanes>& sum = sum_[0];
+  std::vector<Int>& sum = totals<Int>().by_thread[0];
   for (int d = 0; d < kDirections; ++d) {
-    const IntLanes whole = sum[slots_.OfCluster(cluster, d)];
-    if ((whole[0] | whole[1] | whole[2] | whole[3]) == 0) continue;
+    const Int whole = sum[slots_.OfCluster(cluster, d)];
+    int64_t any = 0;
+    for (int lane = 0; lane < kLanesOf<Int>; ++lane) any |= whole[lane];
+    if (any == 0) continue;
     tree_.ForEachChild(cluster, [&](uint32_t child) {
       if (tree_.is_cluster(child)) {
         sum[slots_.OfCluster(child, d)] += whole;
         return;
       }
       const double cosine = tree_.facing().cosine(tree_.node(child).id.surface, d);
-      IntLanes& target = Inbox(child);
-      for (int lane = 0; lane < 4; ++lane) {
+      Int& target = Inbox<Int>(child);
+      for (int lane = 0; lane < kLanesOf<Int>; ++lane) {
         target[lane] += static_cast<int64_t>(cosine * static_cast<double>(whole[lane]));
       }
     });
@@ -436,43 +412,79 @@ void Product::PushCluster(uint32_t cluster) {
 }
 
 // Where a node puts what it hands down to an element: a leaf keeps it apart.
-IntLanes& Product::Inbox(uint32_t child) {
+template <typename Int>
+Int& Product::Inbox(uint32_t child) {
+  auto& totals = std::get<Totals<Int>>(totals_);
   const uint32_t slot = slots_.OfElement(child);
   const uint32_t leaf = leaf_of_[slot];
-  return leaf == kNoNode ? sum_[0][slot] : from_above_[leaf];
+  return leaf == kNoNode ? totals.by_thread[0][slot] : totals.from_above[leaf];
 }
 
-void Product::PushDown(std::array<Inherit, 4> inherit, std::span<IntLanes> sums) {
-  std::vector<IntLanes>& sum = sum_[0];
-  IntLanes half{};  // lanes of which elements hand down half
-  for (int lane = 0; lane < 4; ++lane) half[lane] = inherit[lane] == Inherit::kHalf ? -1 : 0;
-  const auto push = [&](uint32_t node) {
-    if (tree_.is_cluster(node)) return PushCluster(node);
-    const IntLanes whole = sum[slots_.OfElement(node)];
-    const IntLanes down = (half & (whole >> 1)) | (~half & whole);
-    tree_.ForEachChild(node, [&](uint32_t child) { Inbox(child) += down; });
+template <typename Int>
+void Product::PushDown(std::array<Inherit, kLanesOf<Int>> inherit, std::span<Int> sums) {
+  Totals<Int>& totals = this->totals<Int>();
+  std::vector<Int>& sum = totals.by_thread[0];
+  Int half{};  // lanes of which elements hand down half
+  for (int lane = 0; lane < kLanesOf<Int>; ++lane)
+    half[lane] = inherit[lane] == Inherit::kHalf ? -1 : 0;
+  const auto handed_down = [&](const Int& whole) -> Int {
+    return (half & (whole >> 1)) | (~half & whole);
   };
-  std::fill(from_above_.begin(), from_above_.end(), IntLanes{});
+  const auto push = [&](uint32_t node) {
+    if (tree_.is_cluster(node)) return PushCluster<Int>(node);
+    const Int down = handed_down(sum[slots_.OfElement(node)]);
+    tree_.ForEachChild(node, [&](uint32_t child) { Inbox<Int>(child) += down; });
+  };
+  std::fill(totals.from_above.begin(), totals.from_above.end(), Int{});
   for (const uint32_t node : placement_.crown()) push(node);
-  size_t leaf = 0;
-  for (size_t k = 0; k < active_.own.size(); ++k) {
-    if (active_.is_leaf[k] != 0) {
-      IntLanes total = sum[slots_.OfElement(active_.own[k])];
-      for (int lane = 0; lane < 4; ++lane) {
-        total[lane] +=
-            static_cast<int64_t>(inheritance_[leaf] * static_cast<double>(from_above_[leaf][lane]));
-      }
-      sums[leaf++] = total;
-    } else {
-      push(active_.own[k]);
+  for (const Step& step : steps_) {
+    if (step.slot == kNoNode) {
+      PushCluster<Int>(step.child);
+      continue;
+    }
+    const Int down = handed_down(sum[step.slot]);
+    for (uint32_t i = 0; i < 2; ++i) {
+      const uint32_t leaf = step.leaf[i];
+      (leaf == kNoNode ? sum[step.child + i] : totals.from_above[leaf]) += down;
+    }
+  }
+  for (size_t i = 0; i < sums.size(); ++i) {
+    sums[i] = sum[slots_.OfElement(active_.leaves[i])];
+    for (int lane = 0; lane < kLanesOf<Int>; ++lane) {
+      sums[i][lane] +=
+          static_cast<int64_t>(inheritance_[i] * static_cast<double>(totals.from_above[i][lane]));
     }
   }
 }
 
+// What Sums asks for.
+template Product::Values<Single>& Product::values();
+template void Product::PullOwn(std::span<const Single>, double);
+template Status Product::SendOwnValues<Single>();
+template Status Product::ReceiveOtherValues<Single>();
+template Product::Totals<IntSingle>& Product::totals();
+template Product::Totals<IntLanes>& Product::totals();
+template void Product::Clear<IntSingle>();
+template void Product::Clear<IntLanes>();
+template void Product::CollectThreads<IntSingle>();
+template void Product::CollectThreads<IntLanes>();
+template Status Product::ExchangeSums<IntSingle>(int);
+template Status Product::ExchangeSums<IntLanes>(int);
+template void Product::PushDown(std::array<Inherit, 1>, std::span<IntSingle>);
+template void Product::PushDown(std::array<Inherit, 4>, std::span<IntLanes>);
+
 uint64_t Product::memory_bytes() const {
-  return crown_.size() * sizeof(Link) + (ends_.size() + crown_ends_.size()) * sizeof(Slots::Ends) +
-         inverse_area_.size() * sizeof(double) + value_.size() * sizeof(Lanes) +
-         sum_.size() * value_.size() * sizeof(IntLanes);
+  const auto& singles = std::get<Values<Single>>(values_).of_slot;
+  const auto& lanes = std::get<Values<Lanes>>(values_).of_slot;
+  uint64_t bytes = crown_.size() * sizeof(Link) + ends_.size() * sizeof(Slots::Ends) +
+                   factors_.size() * sizeof(Factors) + inverse_area_.size() * sizeof(double) +
+                   steps_.size() * sizeof(Step) + singles.size() * sizeof(Single) +
+                   lanes.size() * sizeof(Lanes);
+  for (const auto& t : std::get<Totals<IntSingle>>(totals_).by_thread)
+    bytes += t.size() * sizeof(IntSingle);
+  for (const auto& t : std::get<Totals<IntLanes>>(totals_).by_thread)
+    bytes += t.size() * sizeof(IntLanes);
+  return bytes;
 }
 
 }  // namespace isolux

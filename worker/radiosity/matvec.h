@@ -4,42 +4,27 @@
 // Sums at nodes are 64-bit integers in units of a power of two, so they do not depend on the order
 // in which links, threads and workers add to them. Doubles are summed only along the tree, in its
 // order.
+//
+// Values are of one channel (Single) or of three (Lanes): a product of one keeps, exchanges and
+// multiplies one number a node, and its bits are those of a lane of the product of three.
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "common/util/parallel.h"
-#include "worker/coupling/lanes.h"
+#include "worker/radiosity/channels.h"
 #include "worker/radiosity/exchange.h"
 #include "worker/radiosity/link.h"
 #include "worker/radiosity/placement.h"
 #include "worker/radiosity/refine.h"
 #include "worker/radiosity/slots.h"
+#include "worker/radiosity/subscribe.h"
 #include "worker/radiosity/tree.h"
 
 namespace isolux {
-
-using IntLanes = LaneMask;
-
-// The nodes of a worker that take part in the products of one round.
-struct ActiveNodes {
-  std::vector<uint32_t> own;     // at and below own cut nodes, parents before children
-  std::vector<uint32_t> leaves;  // those of `own` that end the tree
-  std::vector<uint8_t> is_leaf;  // of `own`
-  // Slots (slots.h).
-  std::vector<uint32_t> exported;  // own ones others want, in the order of their ids
-  std::vector<uint32_t> proxies;   // those wanted from others, home by home, by id
-  // Of each cluster, by bits: the directions in which somebody needs its value.
-  std::vector<uint16_t> directions;
-};
-
-// Tells the other workers which of their nodes the links here end at, makes those of our own that
-// they name, and lists the nodes of the round. The leaves are the union of what all blocks ask for.
-Result<ActiveNodes> Subscribe(Tree& tree, Placement& placement, const LinkSet& links,
-                              Exchange& exchange);
 
 // Which links a product goes over.
 enum class LinkScope {
@@ -60,11 +45,16 @@ class Product {
 
   // Irradiance (W/m²) at own leaves from the radiosity of all leaves, of which `radiosity` are our
   // own; `bound` is not less than any |radiosity| at any worker, and the same at all of them.
-  // Lanes beyond `lanes` are not exchanged and must be 0. `inherited` gets, where it is not empty,
-  // what the nodes above each leaf hand down to it, before its factor.
-  Status Irradiance(std::span<const Lanes> radiosity, double bound, int lanes,
-                    std::span<Lanes> irradiance, LinkScope scope = LinkScope::kAll,
-                    std::span<Lanes> inherited = {});
+  // `inherited` gets, where it is not empty, what the nodes above each leaf hand down to it, before
+  // its factor. The fourth of Lanes is not exchanged and must be 0.
+  Status Irradiance(std::span<const Lanes> radiosity, double bound, std::span<Lanes> irradiance,
+                    LinkScope scope = LinkScope::kAll, std::span<Lanes> inherited = {}) {
+    return IrradianceOf<Lanes>(radiosity, bound, irradiance, scope, inherited);
+  }
+  Status Irradiance(std::span<const Single> radiosity, double bound, std::span<Single> irradiance,
+                    LinkScope scope = LinkScope::kAll, std::span<Single> inherited = {}) {
+    return IrradianceOf<Single>(radiosity, bound, irradiance, scope, inherited);
+  }
 
   // What own leaves take of all that arrives at the nodes above them, and, in equal measure, give
   // to these nodes' radiosity: factors, 1 at first. See closure.h.
@@ -72,12 +62,12 @@ class Product {
 
   // The same road with another kernel and integer results. kernel(link, ends, xp, xq, to_p, to_q)
   // gives what a link adds to its two ends, from the values at them: numbers below 2^51 in size,
-  // rounded to integers. ends: slots. An element hands down all it received, or half of it a level;
-  // a cluster hands to each surface in proportion to the cosine.
+  // rounded to integers, one or four a node. ends: slots. An element hands down all it received, or
+  // half of it a level; a cluster hands to each surface in proportion to the cosine.
   enum class Inherit { kWhole, kHalf };
-  template <typename Function>
-  Status Sums(std::span<const Lanes> values, int lanes, std::array<Inherit, 4> inherit,
-              const Function& kernel, std::span<IntLanes> sums, LinkScope scope = LinkScope::kAll);
+  template <typename Int, typename Function>
+  Status Sums(std::span<const Single> values, std::array<Inherit, kLanesOf<Int>> inherit,
+              const Function& kernel, std::span<Int> sums);
 
   // 1 over the area of an element, or over that of a cluster that faces the slot's direction, 1/m².
   double inverse_area(uint32_t slot) const { return inverse_area_[slot]; }
@@ -87,21 +77,74 @@ class Product {
   uint64_t memory_bytes() const;
 
  private:
-  template <typename Function>
-  void ApplyLinks(std::span<const Link> links, std::span<const Slots::Ends> ends,
-                  const Function& kernel);
+  // Shares of a link's coupling: of what q radiates as irradiance at p, and the reverse.
+  struct Factors {
+    double to_p, to_q;
+  };
+  // An own element that is no leaf, and its two children, whose slots follow each other.
+  struct Step {
+    uint32_t slot = kNoNode;  // kNoNode: a cluster, `child` in the tree
+    uint32_t child = 0;
+    std::array<uint32_t, 2> leaf{};  // numbers of the children that are leaves, or kNoNode
+    std::array<double, 2> area_m2{};
+  };
+  template <typename V>
+  struct Values {
+    std::vector<V> of_slot;
+    std::vector<V> cut_upward;  // what the cut's nodes give to those above
+  };
+  template <typename Int>
+  struct Totals {
+    std::vector<std::vector<Int>> by_thread;  // then by slot
+    std::vector<Int> from_above;              // by own leaf
+  };
+  // Made when first asked for.
+  template <typename V>
+  Values<V>& values();
+  template <typename Int>
+  Totals<Int>& totals();
+
+  template <typename V>
+  Status IrradianceOf(std::span<const V> radiosity, double bound, std::span<V> irradiance,
+                      LinkScope scope, std::span<V> inherited);
+  // apply(first, last, sums): adds what the links first … last − 1 bring, in the order of ends_.
+  // lanes: of the sums that are exchanged.
+  template <typename V, typename Int, typename Apply>
+  Status Transport(std::span<const V> values, double scale, int lanes,
+                   std::array<Inherit, kLanesOf<Int>> inherit, const Apply& apply,
+                   std::span<Int> sums, LinkScope scope);
+  template <typename V>
+  void AddLinks(size_t first, size_t last, const V* value, MaskOf<V>* sum) const;
+  const Link& LinkAt(size_t place) const;
+  const std::vector<Factors>& factors();
+
+  template <typename V>
   void Pull(uint32_t node);
-  Lanes PullCluster(uint32_t cluster, int direction) const;
-  void PushCluster(uint32_t cluster);
-  Lanes Upward(uint32_t child) const;
-  IntLanes& Inbox(uint32_t child);
-  void PullOwn(std::span<const Lanes> leaf_values);
-  void PullCrown(std::span<const double> cut_values, int lanes);
-  Status SendOwnValues(int lanes);
-  Status ReceiveOtherValues(int lanes);
-  Status ExchangeSums(int lanes);
-  void PushDown(std::array<Inherit, 4> inherit, std::span<IntLanes> sums);
+  void ListSteps();
+  template <typename V>
+  V PullCluster(uint32_t cluster, int direction) const;
+  template <typename V>
+  V Upward(uint32_t child) const;
+  template <typename V>
+  void PullOwn(std::span<const V> leaf_values, double scale);
+  template <typename V>
+  void PullCrown(std::span<const double> cut_values);
+  template <typename V>
+  Status SendOwnValues();
+  template <typename V>
+  Status ReceiveOtherValues();
+  template <typename Int>
+  void Clear();
+  template <typename Int>
   void CollectThreads();
+  template <typename Int>
+  Status ExchangeSums(int lanes);
+  template <typename Int>
+  void PushCluster(uint32_t cluster);
+  template <typename Int>
+  Int& Inbox(uint32_t child);
+  template <typename Int>
+  void PushDown(std::array<Inherit, kLanesOf<Int>> inherit, std::span<Int> sums);
 
   const Tree& tree_;
   const Placement& placement_;
@@ -111,60 +154,64 @@ class Product {
   std::span<const Link> local_, remote_;  // links between own nodes; links that wait for values
   std::vector<Link> crown_;               // those of the crown that are counted here
   Slots slots_;
-  std::vector<Slots::Ends> ends_, crown_ends_;  // slots of local_ and then remote_, of crown_
-  std::vector<double> inverse_area_;            // 1/m², by slot
-  std::vector<Lanes> value_;                    // by slot
-  std::vector<std::vector<IntLanes>> sum_;      // by thread, then slot
-  std::vector<uint32_t> leaf_of_;               // by slot: number of the own leaf, or kNoNode
-  std::vector<double> inheritance_;             // by own leaf
+  std::vector<Slots::Ends> ends_;     // slots of local_, then remote_, then crown_
+  std::vector<Factors> factors_;      // beside ends_; made by the first product of irradiances
+  std::vector<double> inverse_area_;  // 1/m², by slot
+  std::vector<Step> steps_;           // of own nodes that are no leaves, parents before children
+  std::vector<uint32_t> leaf_of_;     // by slot: number of the own leaf, or kNoNode
+  std::vector<double> inheritance_;   // by own leaf
   double gain_ = 1;  // no node's value is more than this times the largest of a leaf
-  std::vector<IntLanes> from_above_;  // by own leaf
-  std::vector<Lanes> cut_upward_;     // what the cut's nodes give to those above
+  std::tuple<Values<Single>, Values<Lanes>> values_;
+  std::tuple<Totals<IntSingle>, Totals<IntLanes>> totals_;
   uint32_t products_ = 0;
   double wait_s_ = 0;
 };
 
-// v rounded to an integer, for |v| < 2^51.
-inline IntLanes ToInteger(const Lanes& v) {
-  constexpr double kMagic = 0x1.8p52;
-  return reinterpret_cast<IntLanes>(v + kMagic) - reinterpret_cast<IntLanes>(Splat(kMagic));
-}
-
 // ---- bodies ------------------------------------------------------------------------------------
 
-template <typename Function>
-void Product::ApplyLinks(std::span<const Link> links, std::span<const Slots::Ends> ends,
-                         const Function& kernel) {
-  pool_.For(links.size(), 8192, [&](size_t begin, size_t end, int thread) {
-    IntLanes* sum = sum_[thread].data();
-    for (size_t i = begin; i < end; ++i) {
-      const Slots::Ends& e = ends[i];
-      Lanes to_p, to_q;
-      kernel(links[i], e, value_[e.p], value_[e.q], to_p, to_q);
+inline const Link& Product::LinkAt(size_t place) const {
+  if (place < local_.size()) return local_[place];
+  place -= local_.size();
+  return place < remote_.size() ? remote_[place] : crown_[place - remote_.size()];
+}
+
+template <typename V, typename Int, typename Apply>
+Status Product::Transport(std::span<const V> values, double scale, int lanes,
+                          std::array<Inherit, kLanesOf<Int>> inherit, const Apply& apply,
+                          std::span<Int> sums, LinkScope scope) {
+  ++products_;
+  Clear<Int>();
+  PullOwn<V>(values, scale);
+  RETURN_IF_ERROR(SendOwnValues<V>());
+  const auto over = [&](size_t first, size_t last) {
+    pool_.For(last - first, 8192, [&](size_t begin, size_t end, int thread) {
+      apply(first + begin, first + end, totals<Int>().by_thread[thread].data());
+    });
+  };
+  // While the others' values travel.
+  if (scope == LinkScope::kAll) over(0, local_.size());
+  RETURN_IF_ERROR(ReceiveOtherValues<V>());
+  over(local_.size(), ends_.size());
+  CollectThreads<Int>();
+  RETURN_IF_ERROR(ExchangeSums<Int>(lanes));
+  PushDown<Int>(inherit, sums);
+  return {};
+}
+
+template <typename Int, typename Function>
+Status Product::Sums(std::span<const Single> values, std::array<Inherit, kLanesOf<Int>> inherit,
+                     const Function& kernel, std::span<Int> sums) {
+  const auto apply = [&](size_t first, size_t last, Int* sum) {
+    const std::vector<Single>& value = this->values<Single>().of_slot;
+    for (size_t i = first; i < last; ++i) {
+      const Slots::Ends& e = ends_[i];
+      RealOf<Int> to_p, to_q;
+      kernel(LinkAt(i), e, value[e.p][0], value[e.q][0], to_p, to_q);
       sum[e.p] += ToInteger(to_p);
       sum[e.q] += ToInteger(to_q);
     }
-  });
-}
-
-template <typename Function>
-Status Product::Sums(std::span<const Lanes> values, int lanes, std::array<Inherit, 4> inherit,
-                     const Function& kernel, std::span<IntLanes> sums, LinkScope scope) {
-  ++products_;
-  for (auto& thread : sum_) std::fill(thread.begin(), thread.end(), IntLanes{});
-  PullOwn(values);
-  RETURN_IF_ERROR(SendOwnValues(lanes));
-  const std::span<const Slots::Ends> ends = ends_;
-  if (scope == LinkScope::kAll) {  // while the others' values travel
-    ApplyLinks(local_, ends.first(local_.size()), kernel);
-  }
-  RETURN_IF_ERROR(ReceiveOtherValues(lanes));
-  ApplyLinks(remote_, ends.subspan(local_.size()), kernel);
-  ApplyLinks(crown_, crown_ends_, kernel);
-  CollectThreads();
-  RETURN_IF_ERROR(ExchangeSums(4));
-  PushDown(inherit, sums);
-  return {};
+  };
+  return Transport<Single, Int>(values, 1, kLanesOf<Int>, inherit, apply, sums, LinkScope::kAll);
 }
 
 }  // namespace isolux

@@ -16,34 +16,39 @@ constexpr double kNothingLeft = 1e-30;
 
 }  // namespace
 
-Result<std::vector<Lanes>> ReduceSums(Exchange& exchange, const std::vector<ChannelSums>& mine,
-                                      double largest, double* largest_of_all) {
+template <typename V>
+Result<std::vector<V>> ReduceSums(Exchange& exchange, const std::vector<ChannelSums<V>>& mine,
+                                  double largest, double* largest_of_all) {
   Reduction reduction;
   reduction.maxima = {largest};
-  for (const ChannelSums& lanes : mine)
+  for (const ChannelSums<V>& lanes : mine)
     reduction.sums.insert(reduction.sums.end(), lanes.begin(), lanes.end());
   ASSIGN_OR_RETURN(const Reduction total, exchange.Reduce(std::move(reduction)));
-  if (total.sums.size() != mine.size() * kChannels || total.maxima.size() != 1) {
+  if (total.sums.size() != mine.size() * kChannelsOf<V> || total.maxima.size() != 1) {
     return Error(StatusCode::kInternal, "a reduction came back with another length");
   }
   *largest_of_all = total.maxima[0];
-  std::vector<Lanes> result(mine.size(), Lanes{});
+  std::vector<V> result(mine.size(), V{});
   for (size_t i = 0; i < mine.size(); ++i) {
-    for (int c = 0; c < kChannels; ++c) result[i][c] = total.sums[i * kChannels + c].Value();
+    for (int c = 0; c < kChannelsOf<V>; ++c)
+      result[i][c] = total.sums[i * kChannelsOf<V> + c].Value();
   }
   return result;
 }
 
-std::vector<Lanes> RadiosityFrom(const LeafSystem& leaves, std::span<const Lanes> irradiance) {
-  std::vector<Lanes> radiosity(leaves.size());
+template <typename V>
+std::vector<V> RadiosityFrom(const LeafSystemOf<V>& leaves,
+                             std::type_identity_t<std::span<const V>> irradiance) {
+  std::vector<V> radiosity(leaves.size());
   for (size_t i = 0; i < leaves.size(); ++i)
     radiosity[i] = leaves.exitance[i] + leaves.reflectance[i] * irradiance[i];
   return radiosity;
 }
 
-bool Stopping::Done(const Lanes& left_w, const std::array<double, kChannels>& rate, bool settled) {
+template <typename V>
+bool Stopping<V>::Done(const V& left_w, const Scalars<V>& rate, bool settled) {
   bool all = true;
-  for (int c = 0; c < kChannels; ++c) {
+  for (int c = 0; c < kChannelsOf<V>; ++c) {
     // Written so that a lane that is not a number ends.
     if (!(emitted_w_[c] > 0) || !(left_w[c] > kNothingLeft * emitted_w_[c])) done_[c] = true;
     const double relative = left_w[c] / emitted_w_[c], gap = 1 - rate[c];
@@ -56,46 +61,63 @@ bool Stopping::Done(const Lanes& left_w, const std::array<double, kChannels>& ra
   return all;
 }
 
-LaneMask Stopping::Going() const {
-  LaneMask mask{};
-  for (int c = 0; c < kChannels; ++c) mask[c] = done_[c] ? 0 : -1;
+template <typename V>
+MaskOf<V> Stopping<V>::Going() const {
+  MaskOf<V> mask{};
+  for (int c = 0; c < kChannelsOf<V>; ++c) mask[c] = done_[c] ? 0 : -1;
   return mask;
 }
 
-Status Finish(const Problem& problem, std::vector<Lanes> radiosity, SolverResult* result) {
-  const LeafSystem& leaves = problem.leaves;
+template <typename V>
+Status Finish(const Problem<V>& problem, std::vector<V> radiosity, SolverResultOf<V>* result) {
+  const LeafSystemOf<V>& leaves = problem.leaves;
   double bound = 0;
-  for (Lanes& b : radiosity) {
-    b = Maximum(b, Splat(0.0));
-    b[3] = 0;
+  for (V& b : radiosity) {
+    b = Maximum(b, V{});
+    ClearSpare(b);
     bound = std::max(bound, LargestOf(b));
   }
-  ASSIGN_OR_RETURN(auto sums, ReduceSums(problem.exchange, {}, bound, &bound));
+  ASSIGN_OR_RETURN(auto sums, ReduceSums<V>(problem.exchange, {}, bound, &bound));
   result->irradiance.resize(leaves.size());
   RETURN_IF_ERROR(problem.transport.Irradiance(radiosity, bound, result->irradiance));
   ++result->products;
-  ChannelSums left;
+  ChannelSums<V> left;
   for (size_t i = 0; i < leaves.size(); ++i) {
-    const Lanes next = leaves.exitance[i] + leaves.reflectance[i] * result->irradiance[i];
+    const V next = leaves.exitance[i] + leaves.reflectance[i] * result->irradiance[i];
     Add(leaves.area_m2[i] * Absolute(next - radiosity[i]), left);
   }
-  ASSIGN_OR_RETURN(sums, ReduceSums(problem.exchange, {left}, 0, &bound));
+  ASSIGN_OR_RETURN(sums, ReduceSums<V>(problem.exchange, {left}, 0, &bound));
   SetResidual(problem, sums[0], result);
   return {};
 }
 
-void SetResidual(const Problem& problem, const Lanes& left_w, SolverResult* result) {
-  const Lanes& emitted_w = problem.emitted_w;
+template <typename V>
+void SetResidual(const Problem<V>& problem, const V& left_w, SolverResultOf<V>* result) {
+  const V& emitted_w = problem.emitted_w;
   result->residual = 0;
-  for (int c = 0; c < kChannels; ++c) {
+  for (int c = 0; c < kChannelsOf<V>; ++c) {
     if (emitted_w[c] > 0) result->residual = std::max(result->residual, left_w[c] / emitted_w[c]);
   }
 }
 
-void SetEigenvalue(const std::array<double, kChannels>& rate, SolverResult* result) {
+template <typename V>
+void SetEigenvalue(const Scalars<V>& rate, SolverResultOf<V>* result) {
   for (const double r : rate) result->largest_eigenvalue = std::max(result->largest_eigenvalue, r);
   result->indefinite |= result->largest_eigenvalue > kLargestEigenvalue;
 }
+
+// What the methods' files ask for, and the two kinds of channels.
+#define ISOLUX_FOR(V)                                                                          \
+  template Result<std::vector<V>> ReduceSums<V>(Exchange&, const std::vector<ChannelSums<V>>&, \
+                                                double, double*);                              \
+  template std::vector<V> RadiosityFrom<V>(const LeafSystemOf<V>&, std::span<const V>);        \
+  template class Stopping<V>;                                                                  \
+  template Status Finish<V>(const Problem<V>&, std::vector<V>, SolverResultOf<V>*);            \
+  template void SetResidual<V>(const Problem<V>&, const V&, SolverResultOf<V>*);               \
+  template void SetEigenvalue<V>(const Scalars<V>&, SolverResultOf<V>*);
+ISOLUX_FOR(Single)
+ISOLUX_FOR(Lanes)
+#undef ISOLUX_FOR
 
 }  // namespace solver
 
@@ -126,18 +148,20 @@ double SmallestEigenvalue(std::span<const double> diagonal, std::span<const doub
   return 0.5 * (low + high);
 }
 
-Result<SolverResult> Solve(SolverMethod method, Transport& transport, const LeafSystem& leaves,
-                           std::span<const Lanes> start, const SolverOptions& options,
-                           Exchange& exchange) {
-  solver::ChannelSums emitted;
+template <typename V>
+Result<SolverResultOf<V>> Solve(SolverMethod method, TransportOf<V>& transport,
+                                const LeafSystemOf<V>& leaves,
+                                std::type_identity_t<std::span<const V>> start,
+                                const SolverOptionsOf<V>& options, Exchange& exchange) {
+  solver::ChannelSums<V> emitted;
   for (size_t i = 0; i < leaves.size(); ++i)
     solver::Add(leaves.exitance[i] * leaves.area_m2[i], emitted);
   double unused = 0;
-  ASSIGN_OR_RETURN(const auto sums, solver::ReduceSums(exchange, {emitted}, 0, &unused));
+  ASSIGN_OR_RETURN(const auto sums, solver::ReduceSums<V>(exchange, {emitted}, 0, &unused));
   // Where nothing emits all is dark, whatever the start.
-  std::vector<Lanes> lit_start(start.begin(), start.end());
-  for (Lanes& h : lit_start) h = Select(sums[0] > 0.0, h, Lanes{});
-  const solver::Problem problem{transport, leaves, lit_start, sums[0], options, exchange};
+  std::vector<V> lit_start(start.begin(), start.end());
+  for (V& h : lit_start) h = Select(sums[0] > 0.0, h, V{});
+  const solver::Problem<V> problem{transport, leaves, lit_start, sums[0], options, exchange};
   switch (method) {
     case SolverMethod::kConjugateGradients:
       return solver::ConjugateGradients(problem);
@@ -153,21 +177,32 @@ Result<SolverResult> Solve(SolverMethod method, Transport& transport, const Leaf
   return Error(StatusCode::kInternal, "no such solver: {}", static_cast<int>(method));
 }
 
-Result<SolverResult> SolveDirect(Transport& transport, const LeafSystem& leaves,
-                                 Exchange& exchange) {
-  solver::ChannelSums emitted;
+template <typename V>
+Result<SolverResultOf<V>> SolveDirect(TransportOf<V>& transport, const LeafSystemOf<V>& leaves,
+                                      Exchange& exchange) {
+  solver::ChannelSums<V> emitted;
   double largest = 0;
   for (size_t i = 0; i < leaves.size(); ++i) {
     solver::Add(leaves.exitance[i] * leaves.area_m2[i], emitted);
     largest = std::max(largest, solver::LargestOf(leaves.reflectance[i]));
   }
-  SolverResult result;
+  SolverResultOf<V> result;
   ASSIGN_OR_RETURN(const auto sums,
-                   solver::ReduceSums(exchange, {emitted}, largest, &result.largest_eigenvalue));
-  const SolverOptions options;
-  const solver::Problem problem{transport, leaves, {}, sums[0], options, exchange};
+                   solver::ReduceSums<V>(exchange, {emitted}, largest, &result.largest_eigenvalue));
+  const SolverOptionsOf<V> options;
+  const solver::Problem<V> problem{transport, leaves, {}, sums[0], options, exchange};
   RETURN_IF_ERROR(solver::Finish(problem, leaves.exitance, &result));
   return result;
 }
+
+#define ISOLUX_FOR(V)                                                                             \
+  template Result<SolverResultOf<V>> Solve(SolverMethod, TransportOf<V>&, const LeafSystemOf<V>&, \
+                                           std::span<const V>, const SolverOptionsOf<V>&,         \
+                                           Exchange&);                                            \
+  template Result<SolverResultOf<V>> SolveDirect(TransportOf<V>&, const LeafSystemOf<V>&,         \
+                                                 Exchange&);
+ISOLUX_FOR(Single)
+ISOLUX_FOR(Lanes)
+#undef ISOLUX_FOR
 
 }  // namespace isolux

@@ -15,9 +15,10 @@ namespace {
 constexpr size_t kSettling = 3;
 
 // A step is a product and two reductions.
+template <typename V>
 class Run {
  public:
-  explicit Run(const Problem& problem)
+  explicit Run(const Problem<V>& problem)
       : problem_(problem), leaves_(problem.leaves), stopping_(problem) {
     const size_t n = leaves_.size();
     to_radiosity_.resize(n);
@@ -33,13 +34,13 @@ class Run {
     const size_t n = leaves_.size();
     unknown_.resize(n);
     residual_.resize(n);
-    const std::vector<Lanes> radiosity = RadiosityFrom(leaves_, problem_.start);
+    const std::vector<V> radiosity = RadiosityFrom(leaves_, problem_.start);
     double bound = 0;
     for (size_t i = 0; i < n; ++i) {
       unknown_[i] = to_unknown_[i] * problem_.start[i];
       bound = std::max(bound, LargestOf(radiosity[i]));
     }
-    ASSIGN_OR_RETURN(const auto sums, ReduceSums(problem_.exchange, {}, bound, &bound));
+    ASSIGN_OR_RETURN(const auto sums, ReduceSums<V>(problem_.exchange, {}, bound, &bound));
     RETURN_IF_ERROR(problem_.transport.Irradiance(radiosity, bound, product_));
     ++result_.products;
     for (size_t i = 0; i < n; ++i)
@@ -52,8 +53,8 @@ class Run {
 
   bool Converged() {
     bool settled = true;
-    std::array<double, kChannels> rate{};
-    for (int c = 0; c < kChannels; ++c) {
+    Scalars<V> rate{};
+    for (int c = 0; c < kChannelsOf<V>; ++c) {
       rate[c] = Eigenvalue(c);
       settled &= stopping_.done(c) || alpha_[c].size() >= kSettling;
     }
@@ -69,20 +70,20 @@ class Run {
 
   Status Step() {
     const size_t n = leaves_.size();
-    std::vector<Lanes> radiosity(n);
+    std::vector<V> radiosity(n);
     for (size_t i = 0; i < n; ++i) radiosity[i] = to_radiosity_[i] * direction_[i];
     RETURN_IF_ERROR(problem_.transport.Irradiance(radiosity, direction_bound_, product_));
     ++result_.products;
     ++result_.iterations;
-    ChannelSums curvature;
+    ChannelSums<V> curvature;
     for (size_t i = 0; i < n; ++i) {
       product_[i] = direction_[i] - to_unknown_[i] * product_[i];
       Add(direction_[i] * product_[i], curvature);
     }
     double unused = 0;
-    ASSIGN_OR_RETURN(const auto sums, ReduceSums(problem_.exchange, {curvature}, 0, &unused));
-    Lanes alpha{};
-    for (int c = 0; c < kChannels; ++c) {
+    ASSIGN_OR_RETURN(const auto sums, ReduceSums<V>(problem_.exchange, {curvature}, 0, &unused));
+    V alpha{};
+    for (int c = 0; c < kChannelsOf<V>; ++c) {
       if (stopping_.done(c)) continue;
       if (!(sums[0][c] > 0)) {
         result_.indefinite |= sums[0][c] < 0;
@@ -95,10 +96,10 @@ class Run {
       unknown_[i] += alpha * direction_[i];
       residual_[i] -= alpha * product_[i];
     }
-    const Lanes before = residual_squared_;
+    const V before = residual_squared_;
     RETURN_IF_ERROR(MeasureResidual());
-    Lanes beta{};
-    for (int c = 0; c < kChannels; ++c) {
+    V beta{};
+    for (int c = 0; c < kChannelsOf<V>; ++c) {
       if (stopping_.done(c) || !(before[c] > 0)) continue;
       beta[c] = residual_squared_[c] / before[c];
       alpha_[c].push_back(alpha[c]);
@@ -109,20 +110,22 @@ class Run {
     return {};
   }
 
-  Result<SolverResult> End() {
+  Result<SolverResultOf<V>> End() {
     if (result_.iterations == 0) {
       SetResidual(problem_, residual_w_, &result_);
       result_.irradiance = std::move(product_);  // of the start, which was good enough
     } else {
       RETURN_IF_ERROR(Finish(problem_, Radiosity(), &result_));
     }
-    SetEigenvalue({Eigenvalue(0), Eigenvalue(1), Eigenvalue(2)}, &result_);
+    Scalars<V> rate{};
+    for (int c = 0; c < kChannelsOf<V>; ++c) rate[c] = Eigenvalue(c);
+    SetEigenvalue<V>(rate, &result_);
     return std::move(result_);
   }
 
  private:
-  std::vector<Lanes> Radiosity() const {
-    std::vector<Lanes> radiosity(leaves_.size());
+  std::vector<V> Radiosity() const {
+    std::vector<V> radiosity(leaves_.size());
     for (size_t i = 0; i < radiosity.size(); ++i)
       radiosity[i] = leaves_.exitance[i] + to_radiosity_[i] * unknown_[i];
     return radiosity;
@@ -130,7 +133,7 @@ class Run {
 
   // r·r, the power Σ √(ρA)|r| it stands for, and a bound on the radiosities it may become.
   Status MeasureResidual() {
-    ChannelSums squared, power;
+    ChannelSums<V> squared, power;
     double bound = 0;
     for (size_t i = 0; i < residual_.size(); ++i) {
       Add(residual_[i] * residual_[i], squared);
@@ -138,7 +141,7 @@ class Run {
       bound = std::max(bound, LargestOf(to_radiosity_[i] * residual_[i]));
     }
     ASSIGN_OR_RETURN(const auto sums,
-                     ReduceSums(problem_.exchange, {squared, power}, bound, &residual_bound_));
+                     ReduceSums<V>(problem_.exchange, {squared, power}, bound, &residual_bound_));
     residual_squared_ = sums[0];
     residual_w_ = sums[1];
     return {};
@@ -157,24 +160,28 @@ class Run {
     return std::clamp(1 - SmallestEigenvalue(diagonal, off), 0.0, 1.0);
   }
 
-  const Problem& problem_;
-  const LeafSystem& leaves_;
-  Stopping stopping_;
-  std::vector<Lanes> to_radiosity_, to_unknown_;  // √(ρ/A), √(ρA)
-  std::vector<Lanes> unknown_, residual_, direction_, product_;
-  Lanes residual_squared_{}, residual_w_{};
+  const Problem<V>& problem_;
+  const LeafSystemOf<V>& leaves_;
+  Stopping<V> stopping_;
+  std::vector<V> to_radiosity_, to_unknown_;  // √(ρ/A), √(ρA)
+  std::vector<V> unknown_, residual_, direction_, product_;
+  V residual_squared_{}, residual_w_{};
   double residual_bound_ = 0, direction_bound_ = 0;
-  std::array<std::vector<double>, kChannels> alpha_, beta_;
-  SolverResult result_;
+  std::array<std::vector<double>, kChannelsOf<V>> alpha_, beta_;
+  SolverResultOf<V> result_;
 };
 
 }  // namespace
 
-Result<SolverResult> ConjugateGradients(const Problem& problem) {
-  Run run(problem);
+template <typename V>
+Result<SolverResultOf<V>> ConjugateGradients(const Problem<V>& problem) {
+  Run<V> run(problem);
   RETURN_IF_ERROR(run.Start());
   while (!run.Converged() && run.MayContinue() && !run.Watched()) RETURN_IF_ERROR(run.Step());
   return run.End();
 }
+
+template Result<SolverResultOf<Single>> ConjugateGradients(const Problem<Single>&);
+template Result<SolverResultOf<Lanes>> ConjugateGradients(const Problem<Lanes>&);
 
 }  // namespace isolux::solver

@@ -18,27 +18,28 @@ constexpr int kMostGrowing = 8;
 
 }  // namespace
 
-Result<SolverResult> GaussSeidel(const Problem& problem) {
-  const LeafSystem& leaves = problem.leaves;
-  Stopping stopping(problem);
-  std::vector<Lanes> radiosity = RadiosityFrom(leaves, problem.start), from_others(leaves.size());
-  SolverResult result;
-  Lanes change_w{};
-  std::array<double, kChannels> rate{};
+template <typename V>
+Result<SolverResultOf<V>> GaussSeidel(const Problem<V>& problem) {
+  const LeafSystemOf<V>& leaves = problem.leaves;
+  Stopping<V> stopping(problem);
+  std::vector<V> radiosity = RadiosityFrom(leaves, problem.start), from_others(leaves.size());
+  SolverResultOf<V> result;
+  V change_w{};
+  Scalars<V> rate{};
   int growing = 0;
   bool done = stopping.Done(problem.emitted_w, rate, false);  // where nothing emits
   while (!done && growing < kMostGrowing && result.products + 1 < problem.options.max_products) {
     double bound = 0;
-    for (Lanes& b : radiosity) {
-      b[3] = 0;
+    for (V& b : radiosity) {
+      ClearSpare(b);
       bound = std::max(bound, LargestOf(b));
     }
-    ASSIGN_OR_RETURN(auto sums, ReduceSums(problem.exchange, {}, bound, &bound));
+    ASSIGN_OR_RETURN(auto sums, ReduceSums<V>(problem.exchange, {}, bound, &bound));
     RETURN_IF_ERROR(problem.transport.IrradianceFromOthers(radiosity, bound, from_others));
-    const LaneMask going = stopping.Going();
-    ChannelSums change;
-    problem.transport.Sweep(radiosity, from_others, [&](size_t i, const Lanes& irradiance) {
-      const Lanes next = leaves.exitance[i] + leaves.reflectance[i] * irradiance;
+    const MaskOf<V> going = stopping.Going();
+    ChannelSums<V> change;
+    problem.transport.Sweep(radiosity, from_others, [&](size_t i, const V& irradiance) {
+      const V next = leaves.exitance[i] + leaves.reflectance[i] * irradiance;
       Add(leaves.area_m2[i] * Absolute(next - radiosity[i]), change);
       return Select(going, next, radiosity[i]);
     });
@@ -48,10 +49,10 @@ Result<SolverResult> GaussSeidel(const Problem& problem) {
 
     // The change of a sweep is more than the power it leaves undone; the sweeps to come add up to
     // change · q/(1 − q) when each is q times the one before.
-    ASSIGN_OR_RETURN(sums, ReduceSums(problem.exchange, {change}, 0, &bound));
-    Lanes left_w{};
+    ASSIGN_OR_RETURN(sums, ReduceSums<V>(problem.exchange, {change}, 0, &bound));
+    V left_w{};
     bool grows = false;
-    for (int c = 0; c < kChannels; ++c) {
+    for (int c = 0; c < kChannelsOf<V>; ++c) {
       if (stopping.done(c)) continue;
       if (result.iterations > 1 && change_w[c] > 0) rate[c] = sums[0][c] / change_w[c];
       grows |= result.iterations > kSettling && !(rate[c] <= kLargestEigenvalue);
@@ -63,8 +64,11 @@ Result<SolverResult> GaussSeidel(const Problem& problem) {
   }
   RETURN_IF_ERROR(Finish(problem, std::move(radiosity), &result));
   result.indefinite = growing >= kMostGrowing;
-  SetEigenvalue(rate, &result);
+  SetEigenvalue<V>(rate, &result);
   return result;
 }
+
+template Result<SolverResultOf<Single>> GaussSeidel(const Problem<Single>&);
+template Result<SolverResultOf<Lanes>> GaussSeidel(const Problem<Lanes>&);
 
 }  // namespace isolux::solver

@@ -19,26 +19,28 @@ constexpr double kGrowth = 1e6;
 
 // What one product shows of the way: δ = F(E + ρH) − H, its power Σ ρA|δ|, and how the operator
 // acts on the δ of the step before.
+template <typename V>
 struct Shown {
-  Lanes left_w{}, squared{}, image{};  // Σ ρA|δ|, Σ ρA δ'², Σ ρA δ' Mδ'; δ' of the step before
+  V left_w{}, squared{}, image{};  // Σ ρA|δ|, Σ ρA δ'², Σ ρA δ' Mδ'; δ' of the step before
 };
 
+template <typename V>
 class Run {
  public:
-  Run(const Problem& problem, bool accelerated)
+  Run(const Problem<V>& problem, bool accelerated)
       : problem_(problem),
         leaves_(problem.leaves),
         accelerated_(accelerated),
         stopping_(problem),
         irradiance_(problem.start.begin(), problem.start.end()),
         before_(irradiance_),
-        change_(irradiance_.size(), Lanes{}),
-        change_before_(irradiance_.size(), Lanes{}) {}
+        change_(irradiance_.size(), V{}),
+        change_before_(irradiance_.size(), V{}) {}
 
-  Result<SolverResult> Solve() {
+  Result<SolverResultOf<V>> Solve() {
     while (true) {
       RETURN_IF_ERROR(Product());
-      ASSIGN_OR_RETURN(const Shown shown, Measure());
+      ASSIGN_OR_RETURN(const Shown<V> shown, Measure());
       Judge(shown);
       SetResidual(problem_, shown.left_w, &result_);
       const bool done = stopping_.Done(shown.left_w, rate_, result_.iterations >= kSettling);
@@ -48,35 +50,35 @@ class Run {
       if (watch && watch(RadiosityFrom(leaves_, irradiance_))) break;
     }
     // The last product is taken plainly.
-    for (Lanes& h : product_) h = Maximum(h, Splat(0.0));
+    for (V& h : product_) h = Maximum(h, V{});
     result_.irradiance = std::move(product_);
     result_.indefinite = diverges_;
-    SetEigenvalue(rate_, &result_);
+    SetEigenvalue<V>(rate_, &result_);
     return std::move(result_);
   }
 
  private:
   Status Product() {
-    std::vector<Lanes> radiosity = RadiosityFrom(leaves_, irradiance_);
+    std::vector<V> radiosity = RadiosityFrom(leaves_, irradiance_);
     double bound = 0;
-    for (Lanes& b : radiosity) {
-      b[3] = 0;
+    for (V& b : radiosity) {
+      ClearSpare(b);
       bound = std::max(bound, LargestOf(b));
     }
-    ASSIGN_OR_RETURN(const auto sums, ReduceSums(problem_.exchange, {}, bound, &bound));
+    ASSIGN_OR_RETURN(const auto sums, ReduceSums<V>(problem_.exchange, {}, bound, &bound));
     product_.resize(radiosity.size());
     ++result_.products;
     return problem_.transport.Irradiance(radiosity, bound, product_);
   }
 
-  Result<Shown> Measure() {
-    ChannelSums left, squared, image;
-    const Lanes omega = omega_;
+  Result<Shown<V>> Measure() {
+    ChannelSums<V> left, squared, image;
+    const V omega = omega_;
     for (size_t i = 0; i < product_.size(); ++i) {
-      const Lanes weight = leaves_.reflectance[i] * leaves_.area_m2[i];
-      const Lanes change = product_[i] - irradiance_[i];
+      const V weight = leaves_.reflectance[i] * leaves_.area_m2[i];
+      const V change = product_[i] - irradiance_[i];
       // δ_{k+1} = ω_{k+1} (Mδ_k − δ_{k−1}) + δ_{k−1}, with ω = 1 for a plain step.
-      const Lanes moved = (change - change_before_[i]) / omega + change_before_[i];
+      const V moved = (change - change_before_[i]) / omega + change_before_[i];
       Add(weight * Absolute(change), left);
       Add(weight * change_[i] * change_[i], squared);
       Add(weight * change_[i] * moved, image);
@@ -85,13 +87,13 @@ class Run {
     }
     double unused = 0;
     ASSIGN_OR_RETURN(const auto sums,
-                     ReduceSums(problem_.exchange, {left, squared, image}, 0, &unused));
-    return Shown{sums[0], sums[1], sums[2]};
+                     ReduceSums<V>(problem_.exchange, {left, squared, image}, 0, &unused));
+    return Shown<V>{sums[0], sums[1], sums[2]};
   }
 
   // Rayleigh's quotients never exceed the largest eigenvalue, so the largest of them is the best.
-  void Judge(const Shown& shown) {
-    for (int c = 0; c < kChannels; ++c) {
+  void Judge(const Shown<V>& shown) {
+    for (int c = 0; c < kChannelsOf<V>; ++c) {
       if (stopping_.done(c)) continue;
       if (result_.iterations > 0 && shown.squared[c] > 0) {
         rate_[c] = std::max(rate_[c], shown.image[c] / shown.squared[c]);
@@ -103,10 +105,10 @@ class Run {
 
   void Step() {
     ++result_.iterations;
-    for (int c = 0; c < kChannels; ++c) omega_[c] = NextOmega(c);
-    const LaneMask going = stopping_.Going();
+    for (int c = 0; c < kChannelsOf<V>; ++c) omega_[c] = NextOmega(c);
+    const MaskOf<V> going = stopping_.Going();
     for (size_t i = 0; i < irradiance_.size(); ++i) {
-      const Lanes next = omega_ * (product_[i] - before_[i]) + before_[i];
+      const V next = omega_ * (product_[i] - before_[i]) + before_[i];
       before_[i] = irradiance_[i];
       irradiance_[i] = Select(going, next, irradiance_[i]);
     }
@@ -123,23 +125,34 @@ class Run {
     return ++steps_[c] == 1 ? 1 / (1 - 0.5 * square) : 1 / (1 - 0.25 * square * omega_[c]);
   }
 
-  const Problem& problem_;
-  const LeafSystem& leaves_;
+  const Problem<V>& problem_;
+  const LeafSystemOf<V>& leaves_;
   const bool accelerated_;
-  Stopping stopping_;
-  std::vector<Lanes> irradiance_, before_, product_;  // H_k, H_{k−1}, F(E + ρH_k)
-  std::vector<Lanes> change_, change_before_;         // δ_k, δ_{k−1}
-  Lanes omega_ = Splat(1.0);
-  Lanes least_w_ = Splat(HUGE_VAL);
-  std::array<double, kChannels> rate_{}, assumed_{};  // λ as seen, and as ω assumes it
-  std::array<uint32_t, kChannels> steps_{};           // since Chebyshev started
+  Stopping<V> stopping_;
+  std::vector<V> irradiance_, before_, product_;  // H_k, H_{k−1}, F(E + ρH_k)
+  std::vector<V> change_, change_before_;         // δ_k, δ_{k−1}
+  V omega_ = V{} + 1.0;
+  V least_w_ = V{} + HUGE_VAL;
+  Scalars<V> rate_{}, assumed_{};                 // λ as seen, and as ω assumes it
+  std::array<uint32_t, kChannelsOf<V>> steps_{};  // since Chebyshev started
   bool diverges_ = false;
-  SolverResult result_;
+  SolverResultOf<V> result_;
 };
 
 }  // namespace
 
-Result<SolverResult> Jacobi(const Problem& problem) { return Run(problem, false).Solve(); }
-Result<SolverResult> Chebyshev(const Problem& problem) { return Run(problem, true).Solve(); }
+template <typename V>
+Result<SolverResultOf<V>> Jacobi(const Problem<V>& problem) {
+  return Run<V>(problem, false).Solve();
+}
+template <typename V>
+Result<SolverResultOf<V>> Chebyshev(const Problem<V>& problem) {
+  return Run<V>(problem, true).Solve();
+}
+
+template Result<SolverResultOf<Single>> Jacobi(const Problem<Single>&);
+template Result<SolverResultOf<Lanes>> Jacobi(const Problem<Lanes>&);
+template Result<SolverResultOf<Single>> Chebyshev(const Problem<Single>&);
+template Result<SolverResultOf<Lanes>> Chebyshev(const Problem<Lanes>&);
 
 }  // namespace isolux::solver

@@ -1,72 +1,97 @@
 // What the solvers of solver.h share. Not for others.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "worker/radiosity/solver.h"
 
 namespace isolux::solver {
 
-inline constexpr int kChannels = 3;
-
 // One method, for one run. Scalars come from collective sums: all workers take the same way.
+template <typename V>
 struct Problem {
-  Transport& transport;
-  const LeafSystem& leaves;
-  std::span<const Lanes> start;  // irradiance; 0 in channels in which nothing emits
-  Lanes emitted_w;               // Σ A E over all leaves of all workers
-  const SolverOptions& options;
+  TransportOf<V>& transport;
+  const LeafSystemOf<V>& leaves;
+  std::span<const V> start;  // irradiance; 0 in channels in which nothing emits
+  V emitted_w;               // Σ A E over all leaves of all workers
+  const SolverOptionsOf<V>& options;
   Exchange& exchange;
 };
 
-Result<SolverResult> ConjugateGradients(const Problem& problem);
-Result<SolverResult> Jacobi(const Problem& problem);
-Result<SolverResult> GaussSeidel(const Problem& problem);
-Result<SolverResult> Chebyshev(const Problem& problem);
-Result<SolverResult> Southwell(const Problem& problem);
+template <typename V>
+Result<SolverResultOf<V>> ConjugateGradients(const Problem<V>& problem);
+template <typename V>
+Result<SolverResultOf<V>> Jacobi(const Problem<V>& problem);
+template <typename V>
+Result<SolverResultOf<V>> GaussSeidel(const Problem<V>& problem);
+template <typename V>
+Result<SolverResultOf<V>> Chebyshev(const Problem<V>& problem);
+template <typename V>
+Result<SolverResultOf<V>> Southwell(const Problem<V>& problem);
 
-using ChannelSums = std::array<ExactSum, kChannels>;
+template <typename V>
+using ChannelSums = std::array<ExactSum, kChannelsOf<V>>;
+// One number a channel.
+template <typename V>
+using Scalars = std::array<double, kChannelsOf<V>>;
 
-inline double LargestOf(const Lanes& v) {
-  return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
+template <typename V>
+double LargestOf(const V& v) {
+  double largest = 0;
+  for (int c = 0; c < kChannelsOf<V>; ++c) largest = std::max(largest, std::abs(v[c]));
+  return largest;
 }
-inline void Add(const Lanes& v, ChannelSums& sums) {
-  for (int c = 0; c < kChannels; ++c) sums[c].Add(v[c]);
+template <typename V>
+void Add(const V& v, std::array<ExactSum, kChannelsOf<V>>& sums) {
+  for (int c = 0; c < kChannelsOf<V>; ++c) sums[c].Add(v[c]);
 }
+
+// The fourth of Lanes, which nothing is exchanged of.
+inline void ClearSpare(Lanes& v) { v[3] = 0; }
+inline void ClearSpare(Single&) {}
 
 // Sums over all workers, channel by channel, exact and in no particular order; and the largest of
 // all workers' numbers.
-Result<std::vector<Lanes>> ReduceSums(Exchange& exchange, const std::vector<ChannelSums>& mine,
-                                      double largest, double* largest_of_all);
+template <typename V>
+Result<std::vector<V>> ReduceSums(Exchange& exchange, const std::vector<ChannelSums<V>>& mine,
+                                  double largest, double* largest_of_all);
 
 // E + ρH.
-std::vector<Lanes> RadiosityFrom(const LeafSystem& leaves, std::span<const Lanes> irradiance);
+template <typename V>
+std::vector<V> RadiosityFrom(const LeafSystemOf<V>& leaves,
+                             std::type_identity_t<std::span<const V>> irradiance);
 
 // Decides channel by channel when an iteration may stop.
+template <typename V>
 class Stopping {
  public:
-  explicit Stopping(const Problem& problem)
+  explicit Stopping(const Problem<V>& problem)
       : accuracy_(problem.options.accuracy), emitted_w_(problem.emitted_w) {}
 
   // left_w: residual power; rate: λ as known so far, trusted once `settled`. True when every
   // channel is done.
-  bool Done(const Lanes& left_w, const std::array<double, kChannels>& rate, bool settled);
+  bool Done(const V& left_w, const Scalars<V>& rate, bool settled);
   bool done(int c) const { return done_[c]; }
   void End(int c) { done_[c] = true; }
   // −1 (all bits) in lanes that go on.
-  LaneMask Going() const;
+  MaskOf<V> Going() const;
 
  private:
   double accuracy_;
-  Lanes emitted_w_;
-  std::array<bool, kChannels> done_{};
+  V emitted_w_;
+  std::array<bool, kChannelsOf<V>> done_{};
 };
 
 // One product from these radiosities gives the irradiance everywhere, also where nothing is
 // reflected, and the true residual. Completes the result but for λ.
-Status Finish(const Problem& problem, std::vector<Lanes> radiosity, SolverResult* result);
+template <typename V>
+Status Finish(const Problem<V>& problem, std::vector<V> radiosity, SolverResultOf<V>* result);
 // The largest of the channels, and what follows from it.
-void SetResidual(const Problem& problem, const Lanes& left_w, SolverResult* result);
-void SetEigenvalue(const std::array<double, kChannels>& rate, SolverResult* result);
+template <typename V>
+void SetResidual(const Problem<V>& problem, const V& left_w, SolverResultOf<V>* result);
+template <typename V>
+void SetEigenvalue(const Scalars<V>& rate, SolverResultOf<V>* result);
 
 }  // namespace isolux::solver

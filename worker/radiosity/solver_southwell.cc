@@ -11,9 +11,10 @@
 namespace isolux::solver {
 namespace {
 
+template <typename V>
 class Run {
  public:
-  explicit Run(const Problem& problem)
+  explicit Run(const Problem<V>& problem)
       : problem_(problem),
         leaves_(problem.leaves),
         stopping_(problem),
@@ -21,10 +22,10 @@ class Run {
         pending_(leaves_.size()),
         from_others_(leaves_.size()) {}
 
-  Result<SolverResult> Solve() {
+  Result<SolverResultOf<V>> Solve() {
     double bound = 0;
-    for (const Lanes& b : radiosity_) bound = std::max(bound, LargestOf(b));
-    ASSIGN_OR_RETURN(const auto sums, ReduceSums(problem_.exchange, {}, bound, &bound));
+    for (const V& b : radiosity_) bound = std::max(bound, LargestOf(b));
+    ASSIGN_OR_RETURN(const auto sums, ReduceSums<V>(problem_.exchange, {}, bound, &bound));
     RETURN_IF_ERROR(problem_.transport.Irradiance(radiosity_, bound, pending_));
     ++result_.products;
     for (size_t i = 0; i < pending_.size(); ++i) pending_[i] -= problem_.start[i];
@@ -36,22 +37,21 @@ class Run {
     }
     RETURN_IF_ERROR(Finish(problem_, WithAmbient(), &result_));
     result_.indefinite = diverges_;
-    SetEigenvalue(rate_, &result_);
+    SetEigenvalue<V>(rate_, &result_);
     return std::move(result_);
   }
 
  private:
   // Unshot radiosity is what is reflected of the pending irradiance.
-  Lanes Unshot(size_t i) const {
-    return Select(going_, leaves_.reflectance[i] * pending_[i], Lanes{});
-  }
+  V Unshot(size_t i) const { return Select(going_, leaves_.reflectance[i] * pending_[i], V{}); }
 
   size_t Brightest() const {
     size_t best = 0;
     double most = -1;
     for (size_t i = 0; i < pending_.size(); ++i) {
-      const Lanes power = leaves_.area_m2[i] * Absolute(Unshot(i));
-      const double sum = power[0] + power[1] + power[2];
+      const V power = leaves_.area_m2[i] * Absolute(Unshot(i));
+      double sum = 0;
+      for (int c = 0; c < kChannelsOf<V>; ++c) sum += power[c];
       if (sum > most) {
         most = sum;
         best = i;
@@ -62,31 +62,31 @@ class Run {
 
   Status Pass() {
     going_ = stopping_.Going();
-    std::vector<Lanes> sent(leaves_.size(), Lanes{});
-    ChannelSums shot;
+    std::vector<V> sent(leaves_.size(), V{});
+    ChannelSums<V> shot;
     for (size_t k = 0; k < leaves_.size(); ++k) {
       if (k % 256 == 0 && problem_.exchange.Cancelled()) {
         return {StatusCode::kCancelled, "the solution was cancelled"};
       }
       const size_t i = Brightest();
-      const Lanes radiosity = Unshot(i);
+      const V radiosity = Unshot(i);
       Add(leaves_.area_m2[i] * Absolute(radiosity), shot);
       radiosity_[i] += radiosity;
       sent[i] += radiosity;
-      pending_[i] = Select(going_, Lanes{}, pending_[i]);
+      pending_[i] = Select(going_, V{}, pending_[i]);
       problem_.transport.Shoot(i, radiosity, pending_);
     }
     double bound = 0;
-    for (const Lanes& b : sent) bound = std::max(bound, LargestOf(b));
-    ASSIGN_OR_RETURN(const auto sums, ReduceSums(problem_.exchange, {shot}, bound, &bound));
+    for (const V& b : sent) bound = std::max(bound, LargestOf(b));
+    ASSIGN_OR_RETURN(const auto sums, ReduceSums<V>(problem_.exchange, {shot}, bound, &bound));
     RETURN_IF_ERROR(problem_.transport.IrradianceFromOthers(sent, bound, from_others_));
     for (size_t i = 0; i < pending_.size(); ++i) pending_[i] += from_others_[i];
     ++result_.products;
     ++result_.iterations;
-    const Lanes before_w = unshot_w_;
+    const V before_w = unshot_w_;
     RETURN_IF_ERROR(Measure());
     // Unshot power fell by what was shot and rose by what of it was reflected: λ of the shots.
-    for (int c = 0; c < kChannels; ++c) {
+    for (int c = 0; c < kChannelsOf<V>; ++c) {
       if (stopping_.done(c) || !(sums[0][c] > 0)) continue;
       rate_[c] = std::max(rate_[c], 1 - (before_w[c] - unshot_w_[c]) / sums[0][c]);
       diverges_ |= !(rate_[c] <= kLargestEigenvalue);
@@ -95,16 +95,16 @@ class Run {
   }
 
   Status Measure() {
-    ChannelSums unshot, balance, reflecting;
+    ChannelSums<V> unshot, balance, reflecting;
     for (size_t i = 0; i < pending_.size(); ++i) {
-      const Lanes reflecting_m2 = leaves_.area_m2[i] * leaves_.reflectance[i];
+      const V reflecting_m2 = leaves_.area_m2[i] * leaves_.reflectance[i];
       Add(reflecting_m2 * Absolute(pending_[i]), unshot);
       Add(reflecting_m2 * pending_[i], balance);
       Add(reflecting_m2, reflecting);
     }
     double unused = 0;
     ASSIGN_OR_RETURN(const auto sums,
-                     ReduceSums(problem_.exchange, {unshot, balance, reflecting}, 0, &unused));
+                     ReduceSums<V>(problem_.exchange, {unshot, balance, reflecting}, 0, &unused));
     unshot_w_ = sums[0];
     balance_w_ = sums[1];
     reflecting_m2_ = sums[2];
@@ -113,36 +113,42 @@ class Run {
 
   // What is unshot counts as radiated, and what it will still cause as spread evenly over the
   // scene: the ambient light of the shooting method.
-  std::vector<Lanes> WithAmbient() const {
-    Lanes ambient{};
-    for (int c = 0; c < kChannels; ++c) {
+  std::vector<V> WithAmbient() const {
+    V ambient{};
+    for (int c = 0; c < kChannelsOf<V>; ++c) {
       if (!(reflecting_m2_[c] > 0) || !(rate_[c] < kLargestEigenvalue)) continue;
       ambient[c] = balance_w_[c] * rate_[c] / (1 - rate_[c]) / reflecting_m2_[c];
     }
-    std::vector<Lanes> radiosity(leaves_.size());
+    std::vector<V> radiosity(leaves_.size());
     for (size_t i = 0; i < radiosity.size(); ++i) {
       // What no light has reached so far may lie in a dark room.
-      const LaneMask lit = (radiosity_[i] > 0.0) | (pending_[i] != 0.0);
+      const MaskOf<V> lit = (radiosity_[i] > 0.0) | (pending_[i] != 0.0);
       radiosity[i] =
-          radiosity_[i] + leaves_.reflectance[i] * (pending_[i] + Select(lit, ambient, Lanes{}));
+          radiosity_[i] + leaves_.reflectance[i] * (pending_[i] + Select(lit, ambient, V{}));
     }
     return radiosity;
   }
 
-  const Problem& problem_;
-  const LeafSystem& leaves_;
-  Stopping stopping_;
-  std::vector<Lanes> radiosity_;              // shot so far
-  std::vector<Lanes> pending_, from_others_;  // irradiance of which nothing was reflected yet
-  LaneMask going_{};
-  Lanes unshot_w_{}, balance_w_{}, reflecting_m2_{};
-  std::array<double, kChannels> rate_{};
+  const Problem<V>& problem_;
+  const LeafSystemOf<V>& leaves_;
+  Stopping<V> stopping_;
+  std::vector<V> radiosity_;              // shot so far
+  std::vector<V> pending_, from_others_;  // irradiance of which nothing was reflected yet
+  MaskOf<V> going_{};
+  V unshot_w_{}, balance_w_{}, reflecting_m2_{};
+  Scalars<V> rate_{};
   bool diverges_ = false;
-  SolverResult result_;
+  SolverResultOf<V> result_;
 };
 
 }  // namespace
 
-Result<SolverResult> Southwell(const Problem& problem) { return Run(problem).Solve(); }
+template <typename V>
+Result<SolverResultOf<V>> Southwell(const Problem<V>& problem) {
+  return Run<V>(problem).Solve();
+}
+
+template Result<SolverResultOf<Single>> Southwell(const Problem<Single>&);
+template Result<SolverResultOf<Lanes>> Southwell(const Problem<Lanes>&);
 
 }  // namespace isolux::solver

@@ -19,7 +19,7 @@ Tint FindTint(const Hierarchy& hierarchy) {
   Tint tint;
   for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
     const Rgb& rho = hierarchy.surfaces()[s].reflectance;
-    const double mean = Sum(rho) / 3, off = LargestOf(glm::abs(rho - Rgb(mean)));
+    const double mean = GreyOf(rho), off = LargestOf(glm::abs(rho - Rgb(mean)));
     tint.largest = std::max(tint.largest, off);
     tint.mean = std::max(tint.mean, mean);
     tint.total_m2 += hierarchy.surface_area_m2(s);
@@ -50,13 +50,32 @@ Effect DetectColour(const Hierarchy& hierarchy) {
   const Tint tint = FindTint(hierarchy);
   const bool alike = LampsAreAlike(hierarchy);
   Effect effect{.name = "colour", .present = tint.largest > 1e-9 || !alike};
-  effect.support = Support::kFixed;
   effect.evidence =
       fmt::format("{:.4g} of {:.4g} m² reflect in colour, up to {:.3g} off grey; lamps of {}",
                   tint.area_m2, tint.total_m2, tint.largest, alike ? "one colour" : "several");
   if (alike) effect.bound = tint.largest > 1e-9 ? tint.largest / (1 - tint.mean) : 0.0;
-  effect.reason = "three channels side by side";
   return effect;
+}
+
+// Where the lamps are alike, the number is what they emit in the strongest channel, to the bit.
+// Otherwise it keeps their power.
+void SetLightColour(const Hierarchy& hierarchy, EffectsPlan* plan) {
+  Rgb emitted_w(0.0), brightest(0.0);
+  for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
+    const Rgb& exitance = hierarchy.surfaces()[s].exitance;
+    emitted_w += hierarchy.surface_area_m2(s) * exitance;
+    if (Sum(exitance) > Sum(brightest)) brightest = exitance;
+  }
+  if (!(Sum(brightest) > 0)) return;
+  const bool alike = LampsAreAlike(hierarchy);
+  const Rgb& light = alike ? brightest : emitted_w;
+  plan->light_colour = light / LargestOf(light);
+  plan->exitance_weights = Rgb(1 / Sum(plan->light_colour));
+  if (!alike) return;
+  int strongest = 0;
+  while (light[strongest] < LargestOf(light)) ++strongest;
+  plan->exitance_weights = Rgb(0.0);
+  plan->exitance_weights[strongest] = 1;
 }
 
 }  // namespace isolux

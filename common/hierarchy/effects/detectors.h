@@ -4,6 +4,7 @@
 
 #include "common/hierarchy/effects/effect.h"
 #include "common/hierarchy/hierarchy.h"
+#include "common/scene/effects_plan.h"
 
 namespace isolux {
 
@@ -25,6 +26,9 @@ Effect DetectMirrors(const Scene& scene);
 Effect DetectGloss(const Scene& scene);
 Effect DetectClearGlass(const Scene& scene);
 Effect DetectLights(const Scene& scene);
+
+// The light of all lamps as one colour times one number, for a plan of one channel.
+void SetLightColour(const Hierarchy& hierarchy, EffectsPlan* plan);
 
 // Largest component of any reflectance.
 double LargestReflectance(const Hierarchy& hierarchy);

@@ -96,6 +96,11 @@ EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const Effe
   if (closure.on && !asked_for && !Find(table.effects, "interreflection").on) {
     Decide(false, "direct light alone: what rows miss is not magnified", &closure);
   }
+  table.plan.channels = Find(table.effects, "colour").on ? 3 : 1;
+  if (table.plan.channels == 1) {
+    SetLightColour(hierarchy, &table.plan);
+    table.plan.grey_error = Find(table.effects, "colour").bound.value_or(0);
+  }
   table.plan.occlusion = Find(table.effects, "occlusion").on;
   table.plan.interreflection = Find(table.effects, "interreflection").on;
   table.plan.closure = closure.on;

@@ -59,6 +59,7 @@ TEST(Effects, FurnaceCallsForLittle) {
   EXPECT_FALSE(table.plan.occlusion);
   EXPECT_TRUE(Find(table, "interreflection").present);
   EXPECT_EQ(Find(table, "interreflection").bound, 0.5);
+  EXPECT_EQ(table.plan.channels, 1);
   EXPECT_TRUE(table.plan.interreflection);
   EXPECT_TRUE(table.plan.closure);
   EXPECT_FALSE(Find(table, "two-sided").present);
@@ -71,12 +72,14 @@ TEST(Effects, CornellBoxCallsForColourShadowsAndBacks) {
   EXPECT_GT(Find(table, "colour").bound.value_or(0), 0.3);
   EXPECT_TRUE(Find(table, "occlusion").on);
   EXPECT_TRUE(Find(table, "two-sided").on);
+  EXPECT_EQ(table.plan.channels, 3);
 }
 
 TEST(Effects, LampsOfSeveralColoursNeedChannels) {
   Scene scene = testing::FurnaceCube(0.5, 1);
   for (Material& material : scene.materials) material.exitance = {1, 0.5, 0.5};
   EXPECT_FALSE(Find(Plan(scene), "colour").present);  // all of one colour
+  EXPECT_EQ(Plan(scene).plan.light_colour, Rgb(1, 0.5, 0.5));
   scene.materials[0].exitance = {1, 1, 0.5};
   EXPECT_TRUE(Find(Plan(scene), "colour").present);
   EXPECT_FALSE(Find(Plan(scene), "colour").bound.has_value());

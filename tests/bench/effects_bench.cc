@@ -1,0 +1,64 @@
+// What effects that are off save: the product of one channel against that of three, over the same
+// links, in one run; and what a link and an element take.
+//
+//   effects_bench        a line a scene: links, elements, CPU nanoseconds a link and product (the
+//                        least of several runs), their ratio, bytes a link
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "tests/support/link_bench.h"
+#include "tests/support/scenes.h"
+
+namespace isolux {
+namespace {
+
+double CpuSeconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+// Of one product, the least of several.
+template <typename V>
+double ProductSeconds(testing::LinkBench& bench) {
+  constexpr int kRuns = 15;
+  std::vector<V> radiosity(bench.system.size()), irradiance(bench.system.size());
+  const auto values = bench.RandomValues(1);
+  for (size_t i = 0; i < radiosity.size(); ++i) {
+    for (int c = 0; c < kChannelsOf<V>; ++c) radiosity[i][c] = values[i][c];
+  }
+  double least = HUGE_VAL;
+  for (int run = 0; run <= kRuns; ++run) {
+    const double start = CpuSeconds();
+    EXPECT_TRUE(
+        bench.product->Irradiance(std::span<const V>(radiosity), 1.0, std::span<V>(irradiance))
+            .ok());
+    if (run > 0) least = std::min(least, CpuSeconds() - start);
+  }
+  return least;
+}
+
+void Measure(const char* name, Scene scene, double share) {
+  testing::LinkBench bench(std::move(scene), share, 1);
+  const auto links = static_cast<double>(bench.links.own.size());
+  const double three = ProductSeconds<Lanes>(bench), one = ProductSeconds<Single>(bench);
+  std::printf(
+      "%-24s %9.0f links %8zu elements  three %6.2f  one %6.2f ns a link  ratio %.2f  rays %llu\n",
+      name, links, bench.system.size(), 1e9 * three / links, 1e9 * one / links, three / one,
+      static_cast<unsigned long long>(bench.counters.rays));
+}
+
+}  // namespace
+}  // namespace isolux
+
+int main() {
+  using isolux::Measure;
+  for (const double share : {1e-4, 1e-5, 2e-6}) {
+    Measure("grey box", isolux::testing::FurnaceCube(0.5, 1), share);
+    Measure("Cornell box", isolux::testing::CornellBox(true), share);
+  }
+  return 0;
+}
