@@ -219,8 +219,8 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
     ASSIGN_OR_RETURN(solution, solve());
   }
   ASSIGN_OR_RETURN(const ErrorEstimate errors,
-                   EstimateError(product, tree, leaves, solution.irradiance, {start, old_leaf},
-                                 solution, exchange));
+                   EstimateError(product, tree, leaves, solution.irradiance,
+                                 {start, old_leaf, snapshot.round == 0}, solution, exchange));
   RETURN_IF_ERROR(AddEnergy(leaves, solution.irradiance, escape, exchange, report));
 
   report.error_estimate = errors.total;

@@ -28,6 +28,7 @@ struct ErrorEstimate {
 struct Previous {
   std::span<const Lanes> irradiance;  // of the old leaf at or above each own leaf
   std::span<const uint32_t> leaf;     // its number; own leaves below one old leaf follow each other
+  bool is_ambient = false;            // no solution yet: this is the first round
 };
 
 // Two products. `irradiance`: H of own leaves.
