@@ -53,6 +53,7 @@ JobInfo Job() {
   job.options.accuracy = 0.125;
   job.options.epsilons = {2, 1};
   job.options.solver = SolverMethod::kChebyshev;
+  job.options.effects = "all,-closure";
   job.digest = std::string(32, 'd');
   job.scene_bytes = 11;
   job.polygons = 12;

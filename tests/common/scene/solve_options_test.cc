@@ -32,6 +32,7 @@ TEST(SolveOptions, RefusesWhatMakesNoSense) {
   refused([](auto& o) { o.epsilons = {1, 0}; }, "epsilon");
   refused([&](auto& o) { o.epsilons = {nan}; }, "epsilon");
   refused([](auto& o) { o.epsilons.assign(1000, 1.0); }, "epsilons");
+  refused([](auto& o) { o.effects = "+ghosts"; }, "ghosts");
 }
 
 TEST(SolveOptions, AcceptsFallingEpsilons) {
