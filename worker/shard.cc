@@ -105,6 +105,7 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
   impl_->sampler = std::make_unique<NodeSampler>(impl_->tree);
   impl_->scout =
       ScoutEscapes(impl_->hierarchy, impl_->rays, options.accuracy, options.seed, impl_->pool);
+  impl_->tree.SetComponents(impl_->scout.component);
   impl_->snapshot = AmbientSnapshot(impl_->hierarchy, impl_->scout);
   std::vector<uint32_t> moved;
   RETURN_IF_ERROR(impl_->tree.Install(impl_->snapshot, &moved));

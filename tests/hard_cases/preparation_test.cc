@@ -100,8 +100,8 @@ TEST(HardPreparation, LegsOnAFloor) {
                 "rays of 20,000 that get out from under a leg", 0);
   HardCase rows("46a", "the same: area of the floor in and around the legs",
                 "share of the floor's area that is not accounted for", 1e-12);
-  HardCase light("46b", "legs without bottoms, sunk by 1e-9, solved to 2 %",
-                 "light under a leg over the most anywhere", 0.02);
+  HardCase light("46b", "the same, solved to 10 and 2 %",
+                 "light under a leg over the most anywhere", 0);
   for (const double z : {0.0, -1e-9, 1e-9, -0.01}) {
     for (const bool bottom : {true, false}) {
       const std::string where = fmt::format("legs at {}, bottoms {}", z, bottom);
@@ -122,8 +122,10 @@ TEST(HardPreparation, LegsOnAFloor) {
       }
       rows.Measure(std::abs(floor / 9 - 1), where);
       hard.Measure(LeakingRays(scene, 20'000, 1), where);
-      if (z == -1e-9 && !bottom)
-        light.Measure(BrightestShare(SolveScene(scene, 0.02), UnderALeg), where);
+      for (const double accuracy : {0.1, 0.02}) {
+        if (accuracy < 0.1 && !(z == -1e-9 && !bottom)) continue;
+        light.Measure(BrightestShare(SolveScene(scene, accuracy), UnderALeg), where);
+      }
     }
   }
 }

@@ -23,7 +23,9 @@ struct LinkBench {
         hierarchy(scene),
         rays(hierarchy),
         tree(hierarchy) {
-    const Snapshot start = AmbientSnapshot(hierarchy, ScoutEscapes(hierarchy, rays, 0.02, 1, pool));
+    const Scout scout = ScoutEscapes(hierarchy, rays, 0.02, 1, pool);
+    const Snapshot start = AmbientSnapshot(hierarchy, scout);
+    tree.SetComponents(scout.component);
     double emitted = 0;
     for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s)
       emitted += hierarchy.surface_area_m2(s) * Sum(hierarchy.surfaces()[s].exitance);

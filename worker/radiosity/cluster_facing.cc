@@ -35,11 +35,14 @@ int NearestDirection(const Vec3& v) {
   return best;
 }
 
-ClusterFacing::ClusterFacing(const Hierarchy& hierarchy) {
+ClusterFacing::ClusterFacing(const Hierarchy& hierarchy, std::span<const uint32_t> component_of) {
   const auto clusters = hierarchy.clusters();
+  RankComponents(hierarchy, component_of);
+  ListLit(hierarchy);
   area_m2_.assign(clusters.size(), {});
-  cosine_.resize(hierarchy.surfaces().size());
+  cosine_.assign(hierarchy.surfaces().size(), {});
   for (uint32_t s = 0; s < cosine_.size(); ++s) {
+    if (!StandsFor(hierarchy.cluster_of(s), s)) continue;
     const Vec3 n = hierarchy.geometry(s).Normal();
     for (int d = 0; d < kDirections; ++d) {
       cosine_[s][d] = static_cast<float>(std::max(0.0, glm::dot(n, Directions()[d])));
@@ -50,7 +53,7 @@ ClusterFacing::ClusterFacing(const Hierarchy& hierarchy) {
     for (int d = 0; d < kDirections; ++d) {
       double& sum = area_m2_[c][d];
       for (uint32_t i = 0; i < cluster.child_count; ++i) {
-        sum += area_m2_[cluster.first_child + i][d];
+        sum += part_m2(c, cluster.first_child + i, d);
       }
       if (cluster.child_count > 0) continue;
       for (uint32_t i = 0; i < cluster.surface_count; ++i) {
@@ -59,6 +62,80 @@ ClusterFacing::ClusterFacing(const Hierarchy& hierarchy) {
       }
     }
   }
+}
+
+void ClusterFacing::RankComponents(const Hierarchy& hierarchy,
+                                   std::span<const uint32_t> component_of) {
+  const size_t n = hierarchy.surfaces().size();
+  rank_of_surface_.assign(n, 0);
+  lit_count_ = 1;
+  if (component_of.empty()) return;
+  struct Component {
+    uint32_t lowest = 0;
+    bool lit = false;
+    double area_m2 = 0;
+  };
+  std::vector<Component> components(n);
+  for (uint32_t s = 0; s < n; ++s) {
+    Component& component = components[component_of[s]];
+    const Rgb& exitance = hierarchy.surfaces()[s].exitance;
+    component.lit |= exitance.x > 0 || exitance.y > 0 || exitance.z > 0;
+    component.area_m2 += hierarchy.surface_area_m2(s);
+  }
+  for (uint32_t s = 0; s < n; ++s) components[s].lowest = s;
+  std::erase_if(components, [](const Component& c) { return !(c.area_m2 > 0); });
+  std::sort(components.begin(), components.end(), [](const Component& a, const Component& b) {
+    if (a.lit != b.lit) return a.lit;
+    return a.area_m2 != b.area_m2 ? a.area_m2 > b.area_m2 : a.lowest < b.lowest;
+  });
+  std::vector<uint32_t> rank_of(n, 0);
+  lit_count_ = 0;
+  for (uint32_t r = 0; r < components.size(); ++r) {
+    rank_of[components[r].lowest] = r;
+    lit_count_ += components[r].lit ? 1 : 0;
+  }
+  for (uint32_t s = 0; s < n; ++s) rank_of_surface_[s] = rank_of[component_of[s]];
+}
+
+void ClusterFacing::ListLit(const Hierarchy& hierarchy) {
+  const auto clusters = hierarchy.clusters();
+  rank_.assign(clusters.size(), 0);
+  first_lit_.assign(1, 0);
+  std::vector<uint32_t> below;
+  for (uint32_t c = 0; c < clusters.size(); ++c) {
+    below.clear();
+    for (uint32_t i = 0; i < clusters[c].surface_count; ++i) {
+      const uint32_t s = hierarchy.surface_order()[clusters[c].first_surface + i];
+      below.push_back(rank_of_surface_[s]);
+    }
+    std::sort(below.begin(), below.end());
+    below.erase(std::unique(below.begin(), below.end()), below.end());
+    if (!below.empty()) rank_[c] = below.front();
+    for (const uint32_t rank : below) {
+      if (rank < lit_count_) lit_.push_back(rank);
+    }
+    first_lit_.push_back(static_cast<uint32_t>(lit_.size()));
+  }
+}
+
+Meeting ClusterFacing::OfClusters(uint32_t a, uint32_t b) const {
+  const std::span<const uint32_t> x = LitBelow(a), y = LitBelow(b);
+  const bool same = rank_[a] == rank_[b];
+  // The one that both stand for is the first in both lists; any other in both is not stood for.
+  for (size_t i = 0, k = 0; i < x.size() && k < y.size();) {
+    if (x[i] == y[k] && !(same && x[i] == rank_[a])) return Meeting::kPart;
+    const bool first = x[i] <= y[k], second = y[k] <= x[i];
+    i += first ? 1 : 0;
+    k += second ? 1 : 0;
+  }
+  return same ? Meeting::kAll : Meeting::kNothing;
+}
+
+Meeting ClusterFacing::OfClusterAndSurface(uint32_t cluster, uint32_t surface) const {
+  if (StandsFor(cluster, surface)) return Meeting::kAll;
+  const auto lit = LitBelow(cluster);
+  return std::binary_search(lit.begin(), lit.end(), rank_of_surface_[surface]) ? Meeting::kPart
+                                                                               : Meeting::kNothing;
 }
 
 }  // namespace isolux

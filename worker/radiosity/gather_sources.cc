@@ -74,7 +74,7 @@ void SourceFinder::PullRadiosity(const Snapshot& snapshot) {
       Lanes sum{};
       tree_.ForEachChild(c, [&](uint32_t child) {
         if (tree_.is_cluster(child)) {
-          sum += facing.area_m2(child, d) * radiosity_[slots_.OfCluster(child, d)];
+          sum += facing.part_m2(c, child, d) * radiosity_[slots_.OfCluster(child, d)];
         } else {
           const double cosine = facing.cosine(tree_.node(child).id.surface, d);
           sum += tree_.area_m2(child) * cosine * radiosity_[slots_.OfElement(child)];
@@ -118,6 +118,9 @@ LeafSources SourceFinder::Find(uint32_t leaf, const GatherOptions& options, doub
   if (record.doubt > 0) receiver.rays_per_w_m2 = options.rays / static_cast<double>(record.doubt);
   LeafSources found;
   for (uint32_t node = leaf; node != kNoNode; node = tree_.node(node).parent) {
+    // Nor do the clusters above one that does not.
+    if (tree_.is_cluster(node) && !tree_.facing().StandsFor(node, tree_.node(leaf).id.surface))
+      break;
     for (uint64_t i = first_[node]; i < first_[node + 1]; ++i) {
       Add(receiver, node, ends_[i], options, scale, found);
     }

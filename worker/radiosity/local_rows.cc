@@ -18,7 +18,11 @@ struct Share {
 void AddShares(const Tree& tree, uint32_t node, int direction, double inverse_area,
                std::vector<Share>& shares) {
   tree.ForEachChild(node, [&](uint32_t child) {
-    if (tree.is_cluster(child)) return AddShares(tree, child, direction, inverse_area, shares);
+    if (tree.is_cluster(child)) {
+      if (tree.facing().part_m2(node, child, direction) > 0)
+        AddShares(tree, child, direction, inverse_area, shares);
+      return;
+    }
     const double cosine = tree.facing().cosine(tree.node(child).id.surface, direction);
     if (cosine > 0) shares.push_back({child, tree.area_m2(child) * cosine * inverse_area, true});
   });

@@ -232,7 +232,8 @@ V Product::PullCluster(uint32_t cluster, int direction) const {
   V sum{};
   tree_.ForEachChild(cluster, [&](uint32_t child) {
     if (tree_.is_cluster(child)) {
-      sum += tree_.facing().area_m2(child, direction) * value[slots_.OfCluster(child, direction)];
+      sum += tree_.facing().part_m2(cluster, child, direction) *
+             value[slots_.OfCluster(child, direction)];
     } else {
       const double cosine = tree_.facing().cosine(tree_.node(child).id.surface, direction);
       sum += (tree_.area_m2(child) * cosine) * Upward<V>(child);
@@ -387,11 +388,13 @@ Status Product::ExchangeSums(int lanes) {
   return {};
 }
 
-// A cluster's clusters take over what it received; its surfaces take it in proportion to the cosine
-// of the direction. Rounded here, once for each surface, from the sum over all links.
+// A cluster's clusters take over what it received where they stand for the same; its surfaces take
+// it in proportion to the cosine of the direction. Rounded here, once for each surface, from the
+// sum over all links.
 template <typename Int>
 void Product::PushCluster(uint32_t cluster) {
   std::vector<Int>& sum = totals<Int>().by_thread[0];
+  const ClusterFacing& facing = tree_.facing();
   for (int d = 0; d < kDirections; ++d) {
     const Int whole = sum[slots_.OfCluster(cluster, d)];
     int64_t any = 0;
@@ -399,10 +402,10 @@ void Product::PushCluster(uint32_t cluster) {
     if (any == 0) continue;
     tree_.ForEachChild(cluster, [&](uint32_t child) {
       if (tree_.is_cluster(child)) {
-        sum[slots_.OfCluster(child, d)] += whole;
+        if (facing.part_m2(cluster, child, d) > 0) sum[slots_.OfCluster(child, d)] += whole;
         return;
       }
-      const double cosine = tree_.facing().cosine(tree_.node(child).id.surface, d);
+      const double cosine = facing.cosine(tree_.node(child).id.surface, d);
       Int& target = Inbox<Int>(child);
       for (int lane = 0; lane < kLanesOf<Int>; ++lane) {
         target[lane] += static_cast<int64_t>(cosine * static_cast<double>(whole[lane]));

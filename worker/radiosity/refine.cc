@@ -88,6 +88,22 @@ double SizeOf(const Tree& tree, uint32_t node) {
                             : std::max(one, glm::length(polygon.v[3] - polygon.v[1]));
 }
 
+// Of two nodes of which one is a cluster.
+Meeting MeetingOf(const Tree& tree, uint32_t p, uint32_t q) {
+  if (tree.is_cluster(p) && tree.is_cluster(q)) return tree.facing().OfClusters(p, q);
+  const auto [cluster, element] = tree.is_cluster(p) ? std::pair(p, q) : std::pair(q, p);
+  return tree.facing().OfClusterAndSurface(cluster, tree.node(element).id.surface);
+}
+
+// The end to divide where a link stands for a part of its ends only: the larger mixed cluster.
+Verdict MixedEnd(const Tree& tree, uint32_t p, uint32_t q) {
+  const auto mixed = [&](uint32_t node) {
+    return tree.is_cluster(node) && tree.facing().IsMixed(node);
+  };
+  if (mixed(p) != mixed(q)) return mixed(p) ? Verdict::kSplitP : Verdict::kSplitQ;
+  return SizeOf(tree, p) >= SizeOf(tree, q) ? Verdict::kSplitP : Verdict::kSplitQ;
+}
+
 class Evaluator {
  public:
   Evaluator(double epsilon_w, const RefineScene& scene, const Tree& tree)
@@ -119,6 +135,9 @@ class Evaluator {
     if (bound <= 0) return Verdict::kDrop;
     link.variation_p = static_cast<float>(bound);
     if (const Verdict verdict = Judge(link); verdict != Verdict::kKeep) return verdict;
+    const Meeting meeting = MeetingOf(tree_, link.p, link.q);
+    if (meeting == Meeting::kPart) return MixedEnd(tree_, link.p, link.q);
+    if (meeting == Meeting::kNothing) return Verdict::kKeep;
     link.unoccluded_m2 =
         static_cast<float>(std::min(bound, ClusterCoupling(tree_, link.p, link.q)));
     if (link.unoccluded_m2 > 0) Sample(link, rays);

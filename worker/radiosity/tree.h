@@ -55,6 +55,11 @@ class Tree {
     return is_cluster(index) ? cluster(index).bounds.Centre() : polygon(index).Centroid();
   }
   const ClusterFacing& facing() const { return facing_; }
+  // Keeps the components of the scene apart in clusters: see ClusterFacing. To be called before
+  // there are links.
+  void SetComponents(std::span<const uint32_t> component_of) {
+    facing_ = ClusterFacing(*hierarchy_, component_of);
+  }
 
   uint32_t SurfaceIndex(uint32_t surface) const { return cluster_count_ + surface; }
   // Index of a node, or kNoNode where it does not exist.

@@ -66,7 +66,7 @@ NodeSampler::Point NodeSampler::Sample(const Tree& tree, uint32_t node, double u
                                        double w) const {
   if (!tree.is_cluster(node)) {
     return {SamplePolygon(tree.polygon(node), u, v), tree.normal(node),
-            tree.surface_of(node).polygon};
+            tree.surface_of(node).polygon, tree.node(node).id.surface};
   }
   const Cluster& cluster = tree.cluster(node);
   const auto begin = area_before_.begin() + cluster.first_surface;
@@ -91,6 +91,10 @@ Inset InsetOf(const Tree& tree, uint32_t node, double noise_m) {
   const ConvexPolygon& polygon = tree.polygon(node);
   const Vec3 centre = polygon.Centroid();
   return {centre, InsideShare(polygon, centre, noise_m)};
+}
+
+bool StandsFor(const Tree& tree, uint32_t node, uint32_t surface) {
+  return !tree.is_cluster(node) || tree.facing().StandsFor(node, surface);
 }
 
 }  // namespace
@@ -126,6 +130,7 @@ SampledVisibility SampleVisibility(const Tree& tree, const NodeSampler& sampler,
     const double cosines =
         std::max(0.0, glm::dot(x.normal, d)) * std::max(0.0, -glm::dot(y.normal, d));
     if (!(cosines > 0) || x.polygon == y.polygon) continue;
+    if (!StandsFor(tree, p, x.surface) || !StandsFor(tree, q, y.surface)) continue;
     // The kernel's peak where the ends touch would leave one ray to decide.
     weight[traced] =
         std::min(cosines / (d2 * d2), 1.0 / std::min(tree.area_m2(p), tree.area_m2(q)));

@@ -24,6 +24,7 @@ class NodeSampler {
     Vec3 position{0.0};
     Vec3 normal{0.0};
     uint32_t polygon = 0;
+    uint32_t surface = 0;
   };
   // u, v, w in [0, 1): w picks the surface of a cluster.
   Point Sample(const Tree& tree, uint32_t node, double u, double v, double w) const;
