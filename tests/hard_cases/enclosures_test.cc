@@ -1,0 +1,255 @@
+// Hard cases of closed and nearly closed rooms: what must stay dark, what passes a pinhole, rows
+// and furnaces in rooms that are not convex.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/util/random.h"
+#include "tests/hard_cases/hard_case.h"
+#include "tests/support/hard_scenes.h"
+#include "tests/support/link_bench.h"
+#include "tests/support/local_cluster.h"
+#include "tests/support/scenes.h"
+#include "worker/radiosity/closure.h"
+
+namespace isolux::testing {
+namespace {
+
+SolveResult SolveScene(const Scene& scene, double accuracy) {
+  EXPECT_TRUE(Validate(scene).ok()) << Validate(scene).message();
+  SolveOptions options;
+  options.accuracy = accuracy;
+  Result<SolveResult> result = SolveInProcess(scene, options, 1, 2);
+  EXPECT_TRUE(result.has_value()) << result.error().message();
+  return result ? std::move(*result) : SolveResult{};
+}
+
+// Many small boxes in [low, high], so that there are clusters.
+void Scatter(SceneSketch& sketch, const Vec3& low, const Vec3& high, int n, uint32_t material) {
+  const double cell = 1.0 / n;
+  for (int i = 0; i < n * n * n; ++i) {
+    const Vec3 at(i % n, i / n % n, i / n / n);
+    sketch.Box(low + (high - low) * (cell * (at + 0.3)), low + (high - low) * (cell * (at + 0.6)),
+               false, material, kFrontTakesPart);
+  }
+}
+
+// ---- what stays dark
+
+TEST(HardEnclosures, LightInAClosedBox) {
+  HardCase dark("49", "a light in a closed box of thin walls among furniture in a closed room",
+                "largest irradiance outside the box", 0);
+  HardCase lit("49a", "the same", "faces inside the box without light", 0);
+  for (const double accuracy : {0.3, 0.1}) {
+    SceneSketch sketch;
+    const uint32_t wall = sketch.Material("wall", 0.7), lamp = sketch.Material("lamp", 0.3, 100);
+    // Not along the cells of the octree.
+    sketch.Box({1.1, 0.9, 0.4}, {1.7, 1.6, 1.1}, true, wall, kBothTakePart);
+    sketch.Rectangle(2, 1.05, {1.3, 1.1}, {1.5, 1.3}, false, lamp, kBothTakePart | kFrontEmits);
+    Scatter(sketch, {1.15, 0.95, 0.45}, {1.65, 1.55, 1.0}, 2, wall);
+    constexpr uint32_t kOutside = 7 + 8 * 6;
+    sketch.Box({0, 0, 0}, {3, 3, 2}, true, wall, kFrontTakesPart);
+    Scatter(sketch, {0, 0, 1.2}, {3, 3, 2}, 3, wall);
+    Scatter(sketch, {0, 0, 0}, {1, 3, 1.2}, 2, wall);
+    bool any_inside = false;
+    for (const PatchFace& face : SolveScene(sketch.Take(), accuracy).patch.faces) {
+      const bool outside = face.polygon >= kOutside || (face.polygon < 6 && face.side == 1);
+      if (outside) {
+        dark.Measure(face.irradiance[0], fmt::format("polygon {}, {}", face.polygon, accuracy));
+      } else {
+        any_inside = true;
+        lit.Measure(face.irradiance[0] > 0 ? 0 : 1);
+      }
+    }
+    EXPECT_TRUE(any_inside);
+    dark.Measure(0);  // what is dark is left out of the file
+  }
+}
+
+// Two halves of a closed room with furniture in both and a partition between them; light in one.
+// The lit half is x < 1.1.
+Scene Partitioned(int strips, bool triangles) {
+  SceneSketch sketch;
+  const uint32_t wall = sketch.Material("wall", 0.7), lamp = sketch.Material("lamp", 0.3, 100);
+  sketch.Rectangle(2, 0.9, {0.2, 0.2}, {0.6, 0.8}, false, lamp, kBothTakePart | kFrontEmits);
+  for (const bool lit : {true, false}) {
+    const double a = lit ? 0 : 1.1, b = lit ? 1.1 : 2;
+    sketch.Rectangle(0, lit ? 0 : 2, {0, 0}, {1, 1}, lit, wall, kFrontTakesPart);
+    for (const bool upper : {false, true}) {
+      sketch.Rectangle(1, upper ? 1 : 0, {0, a}, {1, b}, !upper, wall, kFrontTakesPart);
+      sketch.Rectangle(2, upper ? 1 : 0, {a, 0}, {b, 1}, !upper, wall, kFrontTakesPart);
+    }
+    Scatter(sketch, {a, 0, 0}, {b, 1, 0.8}, 2, wall);
+  }
+  for (int i = 0; i < strips; ++i) {
+    const double y0 = static_cast<double>(i) / strips, y1 = static_cast<double>(i + 1) / strips;
+    const Vec3 a(1.1, y0, 0), b(1.1, y1, 0), c(1.1, y1, 1), d(1.1, y0, 1);
+    if (triangles) {
+      sketch.Polygon({a, b, c}, wall, kBothTakePart);
+      sketch.Polygon({a, c, d}, wall, kBothTakePart);
+    } else {
+      sketch.Polygon({a, b, c, d}, wall, kBothTakePart);
+    }
+  }
+  return sketch.Take();
+}
+
+// Largest irradiance of what lies beyond the partition, over that before it.
+double LightBeyond(const PatchFile& patch) {
+  double before = 0, beyond = 0;
+  for (const PatchFace& face : patch.faces) {
+    Vec3 middle(0.0);
+    for (const uint32_t v : face.vertices)
+      middle += patch.vertices[v].position / static_cast<double>(face.vertices.size());
+    const bool partition = std::abs(middle.x - 1.1) < 1e-9;  // its front looks into the dark half
+    const bool dark = partition ? face.side == 0 : middle.x > 1.1;
+    (dark ? beyond : before) = std::max<double>(dark ? beyond : before, face.irradiance[0]);
+  }
+  return before > 0 ? beyond / before : INFINITY;
+}
+
+TEST(HardEnclosures, Partitions) {
+  HardCase full("15", "closed furnished room with a full partition of 1 to 4 panels, whole solves",
+                "light beyond over that before it", 0);
+  HardCase pieces("16", "partition of 2 triangles, of 1000 slivers, whole solves",
+                  "light beyond over that before it", 1e-4);
+  for (const int strips : {1, 2, 3, 4})
+    full.Measure(LightBeyond(SolveScene(Partitioned(strips, false), 0.2).patch),
+                 fmt::format("{} panels", strips));
+  for (const int strips : {1, 500})
+    pieces.Measure(LightBeyond(SolveScene(Partitioned(strips, true), 0.2).patch),
+                   fmt::format("{} triangles", 2 * strips));
+}
+
+// ---- what passes
+
+// Power that passes a hole between a room whose walls all radiate 1, whatever they reflect, and a
+// black one, over the area of the hole. The hole takes too little of the light to be seen in it:
+// by (1 - rho)/rho of its share of the room's area.
+double PassesThrough(double hole, double accuracy) {
+  SceneSketch sketch;
+  const uint32_t hot = sketch.Material("hot", 0.05, 0.95), black = sketch.Material("black", 0);
+  sketch.WallWithHole(0, 1, {0, 0}, {1, 1}, {0.5, 0.5}, hole, hot, kBackTakesPart | kBackEmits);
+  for (const bool first : {true, false}) {
+    const double a = first ? 0 : 1, b = first ? 1 : 2;
+    const uint32_t material = first ? hot : black;
+    const uint8_t sides = first ? kFrontTakesPart | kFrontEmits : kFrontTakesPart;
+    sketch.Rectangle(0, first ? 0 : 2, {0, 0}, {1, 1}, first, material, sides);
+    for (const bool upper : {false, true}) {
+      sketch.Rectangle(1, upper ? 1 : 0, {0, a}, {1, b}, !upper, material, sides);
+      sketch.Rectangle(2, upper ? 1 : 0, {a, 0}, {b, 1}, !upper, material, sides);
+    }
+  }
+  // The hot room comes first but for its end and sides: 4 + 5 polygons.
+  return ArrivingAt(SolveScene(sketch.Take(), accuracy).patch, 4 + 5) / (hole * hole);
+}
+
+TEST(HardEnclosures, PinholesBetweenTwoRooms) {
+  HardCase passes("19", "a furnace and a black room joined by a hole of 0.1, accuracy 1 %",
+                  "|power that passes / exact - 1|", 0.05);
+  passes.Measure(std::abs(PassesThrough(0.1, 0.01) - 1));
+  HardCase some("19a", "the same with a pinhole of 1e-2", "-log10(power that passes / exact)", 1);
+  some.Measure(std::abs(std::log10(PassesThrough(0.01, 0.01))));
+}
+
+// ---- rows and furnaces
+
+// A room with an L for its floor: 2 × 2 without a quarter.
+Scene LRoom() {
+  SceneSketch sketch;
+  const uint32_t wall = sketch.Material("wall", 0.5, 1);
+  constexpr uint8_t kSides = kFrontTakesPart | kFrontEmits;
+  for (const bool upper : {false, true}) {
+    for (const auto& [x, y] : {std::pair(0, 0), std::pair(1, 0), std::pair(0, 1)}) {
+      sketch.Rectangle(2, upper ? 1 : 0, {1.0 * x, 1.0 * y}, {x + 1.0, y + 1.0}, !upper, wall,
+                       kSides);
+    }
+  }
+  sketch.Rectangle(0, 0, {0, 0}, {2, 1}, true, wall, kSides);
+  sketch.Rectangle(0, 2, {0, 0}, {1, 1}, false, wall, kSides);
+  sketch.Rectangle(0, 1, {1, 0}, {2, 1}, false, wall, kSides);
+  sketch.Rectangle(1, 0, {0, 0}, {1, 2}, true, wall, kSides);
+  sketch.Rectangle(1, 2, {0, 0}, {1, 1}, false, wall, kSides);
+  sketch.Rectangle(1, 1, {0, 1}, {1, 2}, false, wall, kSides);
+  return sketch.Take();
+}
+
+// A room with a column from floor to ceiling.
+Scene ColumnRoom() {
+  SceneSketch sketch;
+  const uint32_t wall = sketch.Material("wall", 0.5, 1);
+  constexpr uint8_t kSides = kFrontTakesPart | kFrontEmits;
+  constexpr uint8_t kBack = kBackTakesPart | kBackEmits;
+  sketch.WallWithHole(2, 0, {0, 0}, {1, 1}, {0.5, 0.5}, 0.2, wall, kSides);
+  sketch.WallWithHole(2, 1, {0, 0}, {1, 1}, {0.5, 0.5}, 0.2, wall, kBack);
+  for (int axis = 0; axis < 2; ++axis) {
+    for (const bool upper : {false, true}) {
+      sketch.Rectangle(axis, upper ? 1 : 0, {0, 0}, {1, 1}, !upper, wall, kSides);
+      const std::array<double, 2> low = axis == 0 ? std::array{0.4, 0.0} : std::array{0.0, 0.4};
+      const std::array<double, 2> high = axis == 0 ? std::array{0.6, 1.0} : std::array{1.0, 0.6};
+      sketch.Rectangle(axis, upper ? 0.6 : 0.4, low, high, upper, wall, kSides);
+    }
+  }
+  return sketch.Take();
+}
+
+TEST(HardEnclosures, ConcaveClosedScenes) {
+  HardCase sums("33", "closed rooms that are not convex: an L, one with a column",
+                "|row sum - 1| of a surface before closure", 0.02);
+  HardCase closure("33a", "the same, closed", "|d^2 - 1|", 0.1);
+  for (const bool column : {false, true}) {
+    LinkBench bench(column ? ColumnRoom() : LRoom(), 1e-4);
+    const size_t n = bench.system.size();
+    const auto rows = bench.Irradiance(std::vector<Lanes>(n, Lanes{1, 1, 1, 0}));
+    std::vector<double> sum(bench.hierarchy.surfaces().size(), 0);
+    for (size_t i = 0; i < n; ++i)
+      sum[bench.tree.node(bench.nodes.leaves[i]).id.surface] +=
+          bench.system.area_m2[i] * rows[i][0];
+    const char* room = column ? "column" : "L";
+    for (uint32_t s = 0; s < sum.size(); ++s) {
+      sums.Measure(std::abs(sum[s] / bench.hierarchy.surface_area_m2(s) - 1),
+                   fmt::format("{}, surface {}", room, s));
+    }
+    const std::vector<RowBounds> closed(n, {1, 1});
+    const auto closing = Close(*bench.product, bench.system, closed, 1e-3, bench.exchange);
+    ASSERT_TRUE(closing.has_value());
+    for (size_t i = 0; i < n; ++i) {
+      const double d = bench.system.closure[i];
+      closure.Measure(std::abs(d * d - 1), fmt::format("{}, leaf {}", room, i));
+    }
+  }
+}
+
+// B = 1 everywhere, as far as rows add up to 1.
+void MeasureFurnace(const Scene& scene, double share, const std::string& where, HardCase& one) {
+  constexpr double kMost = 0.9;
+  LinkBench bench(Kirchhoff(scene, kMost, 23), share);
+  const std::vector<RowBounds> closed(bench.system.size(), {1, 1});
+  const auto closing = Close(*bench.product, bench.system, closed, 1e-6, bench.exchange);
+  ASSERT_TRUE(closing.has_value());
+  LinkTransport transport(*bench.product, bench.system);
+  SolverOptions options;
+  options.accuracy = 1e-8;
+  const auto solved = Solve(SolverMethod::kConjugateGradients, transport, bench.system,
+                            std::vector<Lanes>(bench.system.size()), options, bench.exchange);
+  ASSERT_TRUE(solved.has_value());
+  for (size_t i = 0; i < bench.system.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      const double b =
+          bench.system.exitance[i][c] + bench.system.reflectance[i][c] * solved->irradiance[i][c];
+      one.Measure(std::abs(b - 1) * (1 - kMost) / std::max(closing->worst_after, 1e-6),
+                  fmt::format("{}, closed to {:.2g}", where, closing->worst_after));
+    }
+  }
+}
+
+TEST(HardEnclosures, KirchhoffFurnaces) {
+  HardCase one("23a", "E = 1 - rho, random rho up to .9, over links: L, column, Cornell box",
+               "|B - 1| (1 - largest rho) over the closure's residual", 1);
+  MeasureFurnace(LRoom(), 1e-3, "L", one);
+  MeasureFurnace(ColumnRoom(), 1e-3, "column", one);
+  MeasureFurnace(ClosedCornellBox(), 1e-3, "Cornell box", one);
+}
+
+}  // namespace
+}  // namespace isolux::testing
