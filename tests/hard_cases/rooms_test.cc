@@ -168,7 +168,7 @@ TEST(HardRooms, TwoSuccessivePinholes) {
   // Black rooms: what passes is what one pinhole radiates to the other, since all that is seen
   // through the first is lamp.
   HardCase passes("65", "a lamp seen only through two successive pinholes of .2 m, black walls",
-                  "|power in the third room / exact - 1|", kLarge ? 0.05 : 0.1);
+                  "|power in the third room, mean of the seeds / exact - 1|", kLarge ? 0.05 : 0.1);
   SceneSketch sketch;
   const uint32_t black = sketch.Material("black", 0), lamp = sketch.Material("lamp", 0, 1000);
   constexpr double kHole = 0.2;
@@ -187,10 +187,18 @@ TEST(HardRooms, TwoSuccessivePinholes) {
     sketch.Rectangle(2, upper ? 1 : 0, {2, 0}, {3, 1}, !upper, black, kFrontTakesPart);
   }
   sketch.Rectangle(0, 3, {0, 0}, {1, 1}, false, black, kFrontTakesPart);
-  const SolveResult result = SolveScene(sketch.Take(), ToAccuracy(kLarge ? 0.01 : 0.05));
+  const Scene scene = sketch.Take();
+  // So little of the light passes that rays by chance may be wrong by a third: what is asked is
+  // that they are right on average.
+  constexpr int kSeeds = 16;
+  double found = 0;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    SolveOptions options = ToAccuracy(0.05);
+    options.seed = static_cast<uint64_t>(seed);
+    found += ArrivingAt(SolveScene(scene, options).patch, third_room) / kSeeds;
+  }
   const double exact = 1000 * FacingSquares(kHole, 1);
-  const double found = ArrivingAt(result.patch, third_room);
-  passes.Measure(std::abs(found / exact - 1));
+  passes.Measure(std::abs(found / exact - 1), fmt::format("{} of {} W", found, exact));
 }
 
 // ---- in many pieces
