@@ -28,6 +28,7 @@ Status GatherWaves::Take(size_t begin, size_t count, std::vector<double>* irradi
   std::vector<int64_t> total(count * kNumbersPerElement, 0);
   std::optional<int> exponent;
   bool overflow = false;
+  double slowest_s = 0;
   for (size_t w = 0; w < messages.size(); ++w) {
     if (!messages[w]) continue;
     ASSIGN_OR_RETURN(const GatherPart part, DecodeMessage<GatherPart>(messages[w]->payload));
@@ -42,10 +43,12 @@ Status GatherWaves::Take(size_t begin, size_t count, std::vector<double>* irradi
     exponent = part.exponent;
     rays_ += part.rays;
     cpu_s_[w] += part.cpu_s;
+    slowest_s = std::max(slowest_s, part.wall_s);
     for (size_t i = 0; i < total.size(); ++i) {
       overflow |= __builtin_add_overflow(total[i], part.sums[i], &total[i]);
     }
   }
+  wall_s_ += slowest_s;
   if (overflow) return {StatusCode::kOutOfRange, "gather: sums do not fit 64 bits"};
   for (size_t i = 0; i < total.size(); ++i) {
     (*irradiance)[begin * kNumbersPerElement + i] =

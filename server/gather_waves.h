@@ -26,6 +26,9 @@ class GatherWaves {
 
   uint64_t rays() const { return rays_; }
   const std::vector<double>& cpu_s() const { return cpu_s_; }  // of each worker
+  double wall_s() const {
+    return wall_s_;
+  }  // of the slowest worker of each batch, without messages
 
  private:
   Status Ask(const std::vector<NodeId>& elements, const std::vector<uint8_t>& corners,
@@ -37,6 +40,7 @@ class GatherWaves {
   const uint32_t batch_;
   uint64_t gathered_ = 0, rays_ = 0;
   std::vector<double> cpu_s_;
+  double wall_s_ = 0;
 };
 
 }  // namespace isolux

@@ -10,13 +10,16 @@
 #include <set>
 #include <utility>
 
+#include "common/scene/forecast.h"
 #include "server/balance.h"
 #include "server/crew.h"
 #include "server/gather_waves.h"
 #include "server/job_report.h"
+#include "server/link_budget.h"
 #include "server/partition.h"
 #include "server/relay_loop.h"
 #include "server/schedule.h"
+#include "server/survey.h"
 
 namespace isolux {
 namespace {
@@ -91,6 +94,7 @@ struct JobRunner::Impl {
   Status Replay();
   Status RunRound(const ScheduleDecision& decision);
   Status TakeSnapshot(uint32_t round, double epsilon);
+  Status Survey();
   Status Rebalance(const CutLoads& loads, RoundSummary* row);
   Status Migrate(const BalancePlan& plan, RoundSummary* row);
   void Release(const std::vector<bool>& staying);
@@ -101,13 +105,13 @@ struct JobRunner::Impl {
   double Seconds() const { return input.seconds_before + SecondsSince(started); }
   bool Finish() const { return callbacks.finish && callbacks.finish(); }
 
+  const Clock::time_point started = Clock::now();  // first: what follows takes its time too
   JobInput input;
   JobCallbacks callbacks;
   JobLimits limits;
   const Hierarchy hierarchy;
   const EffectsTable effects;
   Traffic traffic;
-  Clock::time_point started = Clock::now();
   Clock::time_point told = started;
   std::optional<JobProgress> last_told;
   uint32_t own_epochs = 0;
@@ -116,9 +120,8 @@ struct JobRunner::Impl {
   std::vector<std::shared_ptr<const std::string>> snapshots;  // S_1 … S_k, encoded
   Snapshot snapshot;                                          // S_k
   SolveSummary summary;
-  size_t announced = 0;  // rounds given to on_round
-  ErrorHistogram histogram;
-  bool has_histogram = false;
+  size_t announced = 0;      // rounds given to on_round
+  ErrorHistogram histogram;  // of the links as they are
   std::optional<ScheduleDecision> next;
 
   // Of the epoch.
@@ -256,6 +259,7 @@ Status JobRunner::Impl::Replay() {
     RETURN_IF_ERROR(crew->SendAll(MessageKind::kInstallSnapshot, SnapshotData{*snapshots[k]}));
   }
   if (summary.rounds.empty()) return {};
+  if (!next) RETURN_IF_ERROR(Survey());
   // The loads of nodes are unknown here; their leaves are not.
   CutLoads loads;
   for (const NodeId& node : assignment.cut) {
@@ -295,12 +299,13 @@ Status JobRunner::Impl::RunRound(const ScheduleDecision& decision) {
   RETURN_IF_ERROR(TakeSnapshot(round, decision.epsilon));
   row.snapshot_s = SecondsSince(snapshot_start);
   row.seconds = Seconds();
+  const double power = round > 1 ? -RunFit(summary.rounds).links().slope : 1;
+  row.links_per_split = MeasureLinksPerSplit(histogram, row.epsilon, row.links, power);
   // From here on the round is done, whatever happens.
-  histogram = MergeHistograms(reports);
-  has_histogram = true;
   restarts = 0;
   summary.rounds.push_back(row);
-  next = Decide();
+  next.reset();
+  RETURN_IF_ERROR(Survey());
 
   const Clock::time_point balance_start = Clock::now();
   const Status balanced = Rebalance(loads, &summary.rounds.back());
@@ -335,6 +340,25 @@ Status JobRunner::Impl::TakeSnapshot(uint32_t round, double epsilon) {
   RETURN_IF_ERROR(crew->SendAll(MessageKind::kInstallSnapshot, SnapshotData{*encoded}));
   snapshot = std::move(merged);
   snapshots.push_back(std::move(encoded));
+  return {};
+}
+
+// Completes the last round's row and decides what follows.
+Status JobRunner::Impl::Survey() {
+  const Clock::time_point start = Clock::now();
+  ASSIGN_OR_RETURN(const LinkErrors errors, CountLinkErrors(*crew));
+  histogram = errors.histogram;
+  RoundSummary& row = summary.rounds.back();
+  // After a loss or a restart it may be there.
+  if (row.output_elements == 0) {
+    row.memory_bytes += errors.memory_bytes;
+    const Surface& worst = hierarchy.surfaces()[row.worst_surface % hierarchy.surfaces().size()];
+    row.worst_polygon = hierarchy.scene().polygons[worst.polygon].file_polygon;
+    RETURN_IF_ERROR(
+        SampleGather(*crew, hierarchy, snapshot, OutputOptions(), input.options.seed, &row));
+    row.sample_s = SecondsSince(start);
+  }
+  next = Decide();
   return {};
 }
 
@@ -411,10 +435,8 @@ ScheduleDecision JobRunner::Impl::Decide() const {
   schedule.emitted_w = emitted_w;
   schedule.rounds = summary.rounds;
   schedule.histogram = histogram;
-  schedule.has_histogram = has_histogram;
   schedule.seconds = Seconds();
   schedule.memory_limit_bytes = limits.memory_share_bytes;
-  schedule.workers = crew->present_count();
   schedule.finish = Finish();
   return DecideNext(schedule);
 }

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 
+#include "common/scene/forecast.h"
 #include "common/util/build_info.h"
 
 namespace isolux {
@@ -14,7 +16,8 @@ namespace {
 bool Agree(const RoundReport& a, const RoundReport& b) {
   const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
   return a.crown_hash == b.crown_hash && a.iterations == b.iterations &&
-         same(a.error_estimate, b.error_estimate) && same(a.residual, b.residual) &&
+         same(a.error_estimate, b.error_estimate) && same(a.error_rms, b.error_rms) &&
+         same(a.error_closure, b.error_closure) && same(a.residual, b.residual) &&
          same(a.energy_imbalance, b.energy_imbalance) && a.emitted_w == b.emitted_w &&
          a.absorbed_w == b.absorbed_w && a.escaped_w == b.escaped_w;
 }
@@ -30,19 +33,79 @@ void AddTo(const RoundReport& report, RoundSummary* row) {
   row->solve_s = std::max(row->solve_s, report.solve_s);
 }
 
+// Figures with their names, side by side.
+class Figures {
+ public:
+  template <typename T>
+  Figures& Add(const char* name, const T& value) {
+    text_ += fmt::format("{}{} {}", text_.empty() ? "" : " ", name, value);
+    return *this;
+  }
+  Figures& AddSeconds(const char* name, double seconds) {
+    text_ += fmt::format(" {} {:.3f}", name, seconds);
+    return *this;
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
 std::string RoundLine(const RoundSummary& row) {
-  return fmt::format(
-      "{} epsilon {} error {} spread {} visibility {} coupling {} solver {} elements {} links {} "
-      "evaluations {} rays {} iterations {} residual {} imbalance {} seconds {:.3f} refine_s "
-      "{:.3f} "
-      "exchange_s {:.3f} solve_s {:.3f} snapshot_s {:.3f} balance_s {:.3f} load {:.3f} bytes_in {} "
-      "bytes_out {} migrated_nodes {} migrated_links {} memory_bytes {} cpu_s {:.3f}",
-      row.round, row.epsilon, row.error_estimate, row.error_spread, row.error_visibility,
-      row.error_coupling, row.error_solver, row.elements, row.links, row.evaluations, row.rays,
-      row.iterations, row.residual, row.energy_imbalance, row.seconds, row.refine_s, row.exchange_s,
-      row.solve_s, row.snapshot_s, row.balance_s, row.load_max_over_mean, row.bytes_in,
-      row.bytes_out, row.migrated_nodes, row.migrated_links, row.memory_bytes,
-      fmt::join(row.worker_cpu_s, ","));
+  Figures line;
+  line.Add("epsilon", row.epsilon)
+      .Add("error", row.error_estimate)
+      .Add("spread", row.error_spread)
+      .Add("visibility", row.error_visibility)
+      .Add("coupling", row.error_coupling)
+      .Add("solver", row.error_solver)
+      .Add("closure", row.error_closure)
+      .Add("gather", row.error_gather)
+      .Add("rms", row.error_rms)
+      .Add("p95", row.error_p95)
+      .Add("worst", row.error_worst)
+      .Add("worst_polygon", row.worst_polygon)
+      .Add("worst_surface", row.worst_surface)
+      .Add("worst_path", row.worst_path)
+      .Add("elements", row.elements)
+      .Add("links", row.links)
+      .Add("evaluations", row.evaluations)
+      .Add("rays", row.rays)
+      .Add("iterations", row.iterations)
+      .Add("residual", row.residual)
+      .Add("imbalance", row.energy_imbalance)
+      .AddSeconds("seconds", row.seconds)
+      .AddSeconds("refine_s", row.refine_s)
+      .AddSeconds("exchange_s", row.exchange_s)
+      .AddSeconds("solve_s", row.solve_s)
+      .AddSeconds("snapshot_s", row.snapshot_s)
+      .AddSeconds("balance_s", row.balance_s)
+      .AddSeconds("sample_s", row.sample_s)
+      .AddSeconds("load", row.load_max_over_mean)
+      .Add("bytes_in", row.bytes_in)
+      .Add("bytes_out", row.bytes_out)
+      .Add("migrated_nodes", row.migrated_nodes)
+      .Add("migrated_links", row.migrated_links)
+      .Add("memory_bytes", row.memory_bytes)
+      .Add("output_elements", row.output_elements)
+      .Add("output_points", row.output_points)
+      .Add("output_rays", row.output_rays)
+      .AddSeconds("output_s", row.output_s)
+      .Add("links_per_split", row.links_per_split)
+      .Add("cpu_s", fmt::format("{:.3f}", fmt::join(row.worker_cpu_s, ",")));
+  return fmt::format("{} {}", row.round, line.text());
+}
+
+// What was to be expected of the whole run after the first `count` rounds.
+std::string ForecastLine(std::span<const RoundSummary> rounds, double accuracy) {
+  const auto forecast = ForecastRun(rounds, accuracy);
+  if (!forecast) return {};
+  const auto add = [](const char* name, const Range& range) {
+    return fmt::format(" {0}_low {1:.4g} {0}_likely {2:.4g} {0}_high {3:.4g}", name, range.low,
+                       range.likely, range.high);
+  };
+  return fmt::format("{}{}{}", rounds.back().round, add("seconds", forecast->seconds),
+                     add("links", forecast->links));
 }
 
 std::string Epsilons(const SolveSummary& summary) {
@@ -54,6 +117,33 @@ std::string Epsilons(const SolveSummary& summary) {
 }
 
 using Comments = std::vector<std::pair<std::string, std::string>>;
+
+void AddLastRound(const RoundSummary& last, Comments* comments) {
+  const auto add = [&](const char* key, const auto& value) {
+    comments->emplace_back(key, fmt::format("{}", value));
+  };
+  add("error_estimate", last.error_estimate);
+  add("error_spread", last.error_spread);
+  add("error_visibility", last.error_visibility);
+  add("error_coupling", last.error_coupling);
+  add("error_solver", last.error_solver);
+  add("error_closure", last.error_closure);
+  add("error_gather", last.error_gather);
+  add("error_rms", last.error_rms);
+  add("error_p95", last.error_p95);
+  add("error_worst", last.error_worst);
+  add("worst_polygon", last.worst_polygon);
+  add("worst_surface", last.worst_surface);
+  add("worst_path", last.worst_path);
+  add("elements", last.elements);
+  add("links", last.links);
+  add("residual", last.residual);
+  add("energy_imbalance", last.energy_imbalance);
+  comments->emplace_back("emitted_w", fmt::format("{}", fmt::join(last.emitted_w, " ")));
+  comments->emplace_back("absorbed_w", fmt::format("{}", fmt::join(last.absorbed_w, " ")));
+  comments->emplace_back("escaped_w", fmt::format("{}", fmt::join(last.escaped_w, " ")));
+  add("memory_bytes", last.memory_bytes);
+}
 
 // In all, then by connection, where anything went. Connections are counted in the order in which
 // they were made: a worker that came again is another.
@@ -96,6 +186,7 @@ Result<RoundSummary> MergeReports(const PerWorker<RoundReport>& reports, uint32_
   RoundSummary row;
   row.round = round;
   const RoundReport* first = nullptr;
+  LocalErrors local;
   for (const auto& report : reports) {
     row.worker_cpu_s.push_back(report ? report->cpu_s : 0.0);
     if (!report) continue;
@@ -108,6 +199,7 @@ Result<RoundSummary> MergeReports(const PerWorker<RoundReport>& reports, uint32_
                    report->error_estimate);
     }
     AddTo(*report, &row);
+    local.Add(report->local_errors);
   }
   if (first == nullptr) return Error(StatusCode::kInternal, "round {}: no reports", round);
   row.epsilon = first->epsilon;
@@ -116,6 +208,12 @@ Result<RoundSummary> MergeReports(const PerWorker<RoundReport>& reports, uint32_
   row.error_visibility = first->error_visibility;
   row.error_coupling = first->error_coupling;
   row.error_solver = first->error_solver;
+  row.error_closure = first->error_closure;
+  row.error_rms = first->error_rms;
+  row.error_p95 = local.Quantile(0.95);
+  row.error_worst = local.worst;
+  row.worst_surface = local.worst_leaf.surface;
+  row.worst_path = local.worst_leaf.path;
   row.iterations = first->iterations;
   row.residual = first->residual;
   row.energy_imbalance = first->energy_imbalance;
@@ -130,15 +228,6 @@ Result<RoundSummary> MergeReports(const PerWorker<RoundReport>& reports, uint32_
         *std::max_element(row.worker_cpu_s.begin(), row.worker_cpu_s.end()) * workers / total;
   }
   return row;
-}
-
-ErrorHistogram MergeHistograms(const PerWorker<RoundReport>& reports) {
-  ErrorHistogram merged;
-  for (const auto& report : reports) {
-    if (!report) continue;
-    for (size_t i = 0; i < merged.count.size(); ++i) merged.count[i] += report->histogram.count[i];
-  }
-  return merged;
 }
 
 Result<CutLoads> MergeLoads(const PerWorker<RoundReport>& reports, const Assignment& assignment) {
@@ -176,22 +265,7 @@ Comments MakeComments(const Asked& asked, const SolveSummary& summary, const Tra
   add("end_reason", ToText(summary.end_reason));
   add("rounds", summary.rounds.size());
   add("epsilons", Epsilons(summary));
-  if (!summary.rounds.empty()) {
-    const RoundSummary& last = summary.rounds.back();
-    add("error_estimate", last.error_estimate);
-    add("error_spread", last.error_spread);
-    add("error_visibility", last.error_visibility);
-    add("error_coupling", last.error_coupling);
-    add("error_solver", last.error_solver);
-    add("elements", last.elements);
-    add("links", last.links);
-    add("residual", last.residual);
-    add("energy_imbalance", last.energy_imbalance);
-    comments.emplace_back("emitted_w", fmt::format("{}", fmt::join(last.emitted_w, " ")));
-    comments.emplace_back("absorbed_w", fmt::format("{}", fmt::join(last.absorbed_w, " ")));
-    comments.emplace_back("escaped_w", fmt::format("{}", fmt::join(last.escaped_w, " ")));
-    add("memory_bytes", last.memory_bytes);
-  }
+  if (!summary.rounds.empty()) AddLastRound(summary.rounds.back(), &comments);
   add("rays", summary.rays);
   comments.emplace_back("seconds", fmt::format("{:.3f}", summary.seconds));
   comments.emplace_back("gather_s", fmt::format("{:.3f}", summary.gather_s));
@@ -199,6 +273,11 @@ Comments MakeComments(const Asked& asked, const SolveSummary& summary, const Tra
                         fmt::format("{:.3f}", fmt::join(summary.gather_cpu_s, " ")));
   add("workers", summary.workers);
   for (const RoundSummary& row : summary.rounds) comments.emplace_back("round", RoundLine(row));
+  for (size_t k = 1; k <= summary.rounds.size(); ++k) {
+    const std::string line =
+        ForecastLine(std::span(summary.rounds).first(k), asked.options.accuracy);
+    if (!line.empty()) comments.emplace_back("forecast", line);
+  }
   AddTraffic(traffic, &comments);
   for (const RepairReport::Entry& entry : asked.scene.repairs.entries) {
     add("repair", RepairLine(entry));

@@ -24,8 +24,6 @@ namespace isolux {
 // links and the collective figures.
 Result<RoundSummary> MergeReports(const PerWorker<RoundReport>& reports, uint32_t round);
 
-ErrorHistogram MergeHistograms(const PerWorker<RoundReport>& reports);
-
 // Loads of the cut's nodes, each as its home reported it.
 Result<CutLoads> MergeLoads(const PerWorker<RoundReport>& reports, const Assignment& assignment);
 

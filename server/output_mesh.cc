@@ -97,11 +97,11 @@ class Refinement {
         points_(kSameCorner * hierarchy.extent_m(), hierarchy.clusters()[0].bounds.low,
                 2 * leaves_.size() + 16) {}
 
-  // Elements by id, without surfaces that have no light.
-  Result<std::vector<Element>> Run() {
+  // Elements of these leaves by id, without surfaces that have no light.
+  Result<std::vector<Element>> Run(const std::vector<uint32_t>& leaves) {
     FindMean();
-    std::vector<Candidate> wave(leaves_.size());
-    for (uint32_t i = 0; i < leaves_.size(); ++i) wave[i] = {leaves_[i].id, i, 0, {}};
+    std::vector<Candidate> wave;
+    for (const uint32_t i : leaves) wave.push_back({leaves_[i].id, i, 0, {}});
     std::vector<double> bends;
     ASSIGN_OR_RETURN(std::vector<Element> pieces, Gather(wave, nullptr));
     RemoveDarkSurfaces(&pieces);
@@ -440,9 +440,26 @@ class Assembly {
 
 Result<PatchFile> BuildOutputMesh(const Hierarchy& hierarchy, const Snapshot& snapshot,
                                   const OutputMeshOptions& options, const GatherFunction& gather) {
+  std::vector<uint32_t> all(snapshot.leaves.size());
+  std::iota(all.begin(), all.end(), 0);
   ASSIGN_OR_RETURN(std::vector<Element> elements,
-                   Refinement(hierarchy, snapshot, options, gather).Run());
+                   Refinement(hierarchy, snapshot, options, gather).Run(all));
   return Assembly(hierarchy, snapshot, std::move(elements)).Run();
+}
+
+Result<std::vector<uint64_t>> CountOutputElements(const Hierarchy& hierarchy,
+                                                  const Snapshot& snapshot,
+                                                  const std::vector<uint32_t>& leaves,
+                                                  const OutputMeshOptions& options,
+                                                  const GatherFunction& gather) {
+  ASSIGN_OR_RETURN(const std::vector<Element> elements,
+                   Refinement(hierarchy, snapshot, options, gather).Run(leaves));
+  std::vector<uint64_t> counts(leaves.size(), 0);
+  for (const Element& element : elements) {
+    const auto place = std::lower_bound(leaves.begin(), leaves.end(), element.leaf);
+    ++counts[static_cast<size_t>(place - leaves.begin())];
+  }
+  return counts;
 }
 
 }  // namespace isolux

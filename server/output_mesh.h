@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include "common/hierarchy/hierarchy.h"
 #include "common/hierarchy/snapshot.h"
@@ -27,5 +28,12 @@ using GatherFunction = std::function<Result<std::vector<double>>(
 // Runs the waves and builds the patch file's vertices and faces (not its comments).
 Result<PatchFile> BuildOutputMesh(const Hierarchy& hierarchy, const Snapshot& snapshot,
                                   const OutputMeshOptions& options, const GatherFunction& gather);
+
+// How many elements each of these leaves (places in the snapshot, in order) would be divided into.
+Result<std::vector<uint64_t>> CountOutputElements(const Hierarchy& hierarchy,
+                                                  const Snapshot& snapshot,
+                                                  const std::vector<uint32_t>& leaves,
+                                                  const OutputMeshOptions& options,
+                                                  const GatherFunction& gather);
 
 }  // namespace isolux

@@ -1,9 +1,10 @@
 // The next threshold ε and when to stop. Pure functions of what the rounds reported, so that the
 // same reports give the same thresholds.
 //
-// The error of the output falls about like ε^0.3, the number of links grows about like ε^-0.75
-// (both measured on rooms with and without furniture). Multigridding: ε falls by a factor of 2 to
-// 16 a round, by more the further the error is above what was asked.
+// Multigridding: ε falls by a factor of up to 16 a round, by more the further the error is above
+// what was asked, as the fit of the run's own rounds has it (common/scene/forecast.h). Budgets of
+// links and memory are used up in steps that server/link_budget.h predicts from the errors of the
+// links; a time budget keeps what the next round and the gather should take.
 #pragma once
 
 #include <cstdint>
@@ -19,12 +20,10 @@ struct ScheduleInput {
   SolveOptions options;
   double emitted_w = 0;                  // over the channels
   std::span<const RoundSummary> rounds;  // so far
-  ErrorHistogram histogram;              // of the last round's links, over all workers
-  bool has_histogram = false;            // not after a restart of the coordinator
+  ErrorHistogram histogram;              // of the links as they are, over all workers
   double seconds = 0;                    // since the start of the job
   uint64_t memory_limit_bytes = 0;       // guard whatever the options say; 0: none
-  uint32_t workers = 1;
-  bool finish = false;  // the user asked for what there is
+  bool finish = false;                   // the user asked for what there is
 };
 
 struct ScheduleDecision {
@@ -35,13 +34,5 @@ struct ScheduleDecision {
 };
 
 ScheduleDecision DecideNext(const ScheduleInput& input);
-
-// Links that are to be expected at `epsilon`, where every link of larger error is divided: one
-// becomes kChildrenPerSplit for each halving of its error. Errs on the side of too many.
-inline constexpr double kChildrenPerSplit = 2.2;
-double PredictLinks(const ErrorHistogram& histogram, double epsilon);
-
-// Seconds that gathering the output of so many elements should take.
-double PredictGatherSeconds(uint64_t elements, uint32_t workers);
 
 }  // namespace isolux

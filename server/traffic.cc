@@ -47,6 +47,8 @@ Phase PhaseOf(MessageKind kind) {
       return Phase::kSums;
     case MessageKind::kRoundReport:
     case MessageKind::kReplayed:
+    case MessageKind::kCountErrors:
+    case MessageKind::kLinkErrors:
     case MessageKind::kProgress:
     case MessageKind::kFailed:
       return Phase::kReport;

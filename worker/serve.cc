@@ -181,6 +181,9 @@ Status Server::Handle(const Message& message) {
       return Absorb(message);
     case MessageKind::kGather:
       return Gather(message);
+    case MessageKind::kCountErrors:
+      return Reply(MessageKind::kLinkErrors,
+                   LinkErrors{job_->shard->CountErrors(), job_->shard->memory_bytes()});
     default:
       return MakeStatus(StatusCode::kInternal, "{} (kind {}) is no command for a worker",
                         ToText(static_cast<MessageKind>(message.kind)), message.kind);

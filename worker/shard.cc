@@ -11,8 +11,10 @@
 #include "worker/radiosity/ambient.h"
 #include "worker/radiosity/closure.h"
 #include "worker/radiosity/error_estimate.h"
+#include "worker/radiosity/error_spread.h"
 #include "worker/radiosity/escape.h"
 #include "worker/radiosity/gather.h"
+#include "worker/radiosity/link_errors.h"
 #include "worker/radiosity/one_channel.h"
 #include "worker/radiosity/solver.h"
 
@@ -84,6 +86,12 @@ struct Shard::Impl {
   Result<SolverResultOf<V>> SolveLeaves(Product& product, const LeafSystemOf<V>& leaves,
                                         std::type_identity_t<std::span<const V>> start,
                                         double accuracy, Exchange& exchange) const;
+  // The own leaves' part of the next snapshot.
+  void Record(const ActiveNodes& nodes, const LeafSystem& leaves, std::span<const Lanes> irradiance,
+              const ErrorEstimate& errors, std::span<const double> escape);
+  Status AddErrors(const ActiveNodes& nodes, const LeafSystem& leaves, const SolverResult& solution,
+                   const ErrorEstimate& errors, const ClosureSummary& closing, Exchange& exchange,
+                   RoundReport& report) const;
   Status AddEnergy(const LeafSystem& leaves, std::span<const Lanes> irradiance,
                    std::span<const double> escape, Exchange& exchange, RoundReport& report) const;
   std::vector<double> EscapeShares(const ActiveNodes& nodes) const;
@@ -223,23 +231,44 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
                    EstimateError(product, tree, leaves, solution.irradiance,
                                  {start, old_leaf, snapshot.round == 0}, solution, exchange));
   RETURN_IF_ERROR(AddEnergy(leaves, solution.irradiance, escape, exchange, report));
+  report.residual = solution.residual;
+  report.iterations = closing.products + solution.products;
+  report.memory_bytes = product.memory_bytes();
+  Record(nodes, leaves, solution.irradiance, errors, escape);
+  return AddErrors(nodes, leaves, solution, errors, closing, exchange, report);
+}
 
-  report.error_estimate = errors.total;
+Status Shard::Impl::AddErrors(const ActiveNodes& nodes, const LeafSystem& leaves,
+                              const SolverResult& solution, const ErrorEstimate& errors,
+                              const ClosureSummary& closing, Exchange& exchange,
+                              RoundReport& report) const {
+  std::vector<NodeId> ids;
+  for (const uint32_t node : nodes.leaves) ids.push_back(tree.node(node).id);
+  ASSIGN_OR_RETURN(
+      const ErrorSpread spread,
+      SpreadError(leaves, ids, solution.irradiance, errors, closing.off,
+                  solution.largest_eigenvalue, hierarchy.clusters()[0].area_m2, exchange));
+  report.error_estimate = spread.total;
+  report.error_rms = spread.rms;
+  report.error_closure = spread.closure;
+  report.local_errors = spread.local;
   report.error_spread = errors.spread;
   report.error_visibility = errors.visibility;
   report.error_coupling = errors.coupling;
   report.error_solver = errors.solver;
-  report.residual = solution.residual;
-  report.iterations = closing.products + solution.products;
-  report.memory_bytes = product.memory_bytes();
+  return {};
+}
 
+void Shard::Impl::Record(const ActiveNodes& nodes, const LeafSystem& leaves,
+                         std::span<const Lanes> irradiance, const ErrorEstimate& errors,
+                         std::span<const double> escape) {
   solved.leaves.clear();
   for (size_t i = 0; i < nodes.leaves.size(); ++i) {
     LeafRecord leaf;
     leaf.id = tree.node(nodes.leaves[i]).id;
     double sum = 0, largest = 0;
     for (int c = 0; c < 3; ++c) {
-      leaf.irradiance[c] = solution.irradiance[i][c];
+      leaf.irradiance[c] = irradiance[i][c];
       sum += leaf.irradiance[c];
       largest = std::max(largest, leaf.irradiance[c]);
     }
@@ -254,7 +283,6 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
   }
   std::sort(solved.leaves.begin(), solved.leaves.end(),
             [](const LeafRecord& a, const LeafRecord& b) { return a.id < b.id; });
-  return {};
 }
 
 std::vector<double> Shard::Impl::EscapeShares(const ActiveNodes& nodes) const {
@@ -330,9 +358,6 @@ void Shard::Impl::CountLinks(const RefineCounters& counters, double refine_cpu_s
   const auto count = [&](const Link& link) {
     ++report.links;
     ++report.cut_links[placement->OwnerCut(link.p, link.q)];
-    const double error = ErrorOf(tree, link, tree.values(link.p), tree.values(link.q)).total_w;
-    const int bin = error > 0 ? std::ilogb(error) - ErrorHistogram::kLowest : 0;
-    ++report.histogram.count[std::clamp(bin, 0, 127)];
   };
   for (const Link& link : links.own) count(link);
   for (const Link& link : links.crown) {
@@ -351,8 +376,15 @@ void Shard::Impl::CountLinks(const RefineCounters& counters, double refine_cpu_s
                                            : 0.0;
     report.cut_cost_ns[c] = 1e9 * (refine_cpu_s * evaluated + solve_cpu_s * linked);
   }
-  report.memory_bytes += (links.own.capacity() + links.crown.capacity()) * sizeof(Link) +
-                         tree.memory_bytes() + snapshot.leaves.capacity() * sizeof(LeafRecord);
+}
+
+uint64_t Shard::memory_bytes() const {
+  return (impl_->links.own.size() + impl_->links.crown.size()) * sizeof(Link) +
+         impl_->tree.memory_bytes() + impl_->snapshot.leaves.size() * sizeof(LeafRecord);
+}
+
+ErrorHistogram Shard::CountErrors() const {
+  return isolux::CountErrors(impl_->tree, *impl_->placement, impl_->links, impl_->pool);
 }
 
 Snapshot Shard::TakeSnapshot() const { return impl_->solved; }
@@ -458,6 +490,7 @@ Result<GatherPart> Shard::Gather(const std::vector<NodeId>& elements,
   ASSIGN_OR_RETURN(GatherPart part,
                    impl_->gatherer->AtCorners(elements, corners, options, impl_->pool));
   part.cpu_s = watch.cpu_s();
+  part.wall_s = watch.wall_s();
   return part;
 }
 

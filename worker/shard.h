@@ -41,6 +41,12 @@ class Shard {
   Snapshot TakeSnapshot() const;
   Status InstallSnapshot(const Snapshot& snapshot);
 
+  // Errors of the links homed here by the values of the snapshot: what refinement goes by.
+  ErrorHistogram CountErrors() const;
+
+  // Of links, nodes and snapshot.
+  uint64_t memory_bytes() const;
+
   // Takes over a new assignment (right after InstallSnapshot). Returns the links to hand on.
   Result<std::vector<MigrationParcel>> Reassign(const Assignment& next);
   Status Absorb(const std::string& parcel_bytes);

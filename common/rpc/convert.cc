@@ -132,6 +132,20 @@ v1::RoundSummary ToProto(const RoundSummary& round) {
   message.set_migrated_nodes(round.migrated_nodes);
   message.set_migrated_links(round.migrated_links);
   message.set_memory_bytes(round.memory_bytes);
+  message.set_error_closure(round.error_closure);
+  message.set_error_gather(round.error_gather);
+  message.set_error_rms(round.error_rms);
+  message.set_error_p95(round.error_p95);
+  message.set_error_worst(round.error_worst);
+  message.set_worst_polygon(round.worst_polygon);
+  message.set_worst_surface(round.worst_surface);
+  message.set_worst_path(round.worst_path);
+  message.set_output_elements(round.output_elements);
+  message.set_output_points(round.output_points);
+  message.set_output_rays(round.output_rays);
+  message.set_output_s(round.output_s);
+  message.set_sample_s(round.sample_s);
+  message.set_links_per_split(round.links_per_split);
   return message;
 }
 
@@ -167,6 +181,20 @@ Result<RoundSummary> FromProto(const v1::RoundSummary& message) {
   round.migrated_nodes = message.migrated_nodes();
   round.migrated_links = message.migrated_links();
   round.memory_bytes = message.memory_bytes();
+  round.error_closure = message.error_closure();
+  round.error_gather = message.error_gather();
+  round.error_rms = message.error_rms();
+  round.error_p95 = message.error_p95();
+  round.error_worst = message.error_worst();
+  round.worst_polygon = message.worst_polygon();
+  round.worst_surface = message.worst_surface();
+  round.worst_path = message.worst_path();
+  round.output_elements = message.output_elements();
+  round.output_points = message.output_points();
+  round.output_rays = message.output_rays();
+  round.output_s = message.output_s();
+  round.sample_s = message.sample_s();
+  round.links_per_split = message.links_per_split();
   return round;
 }
 
@@ -229,6 +257,7 @@ v1::Job ToProto(const JobInfo& job, bool whole) {
   message.set_result_bytes(job.result_bytes);
   message.set_result_digest(job.result_digest);
   *message.mutable_progress() = ToProto(job.activity);
+  message.set_finishing(job.finishing);
   if (whole) {
     PutRepairs(job.repairs, message.mutable_repairs());
     for (const RoundSummary& round : job.summary.rounds) *message.add_rounds() = ToProto(round);
@@ -262,6 +291,7 @@ Result<JobInfo> FromProto(const v1::Job& message) {
   job.result_bytes = message.result_bytes();
   job.result_digest = message.result_digest();
   job.activity = FromProto(message.progress());
+  job.finishing = message.finishing();
   return job;
 }
 

@@ -41,7 +41,8 @@ struct JobInfo {
   SolveSummary summary;                                       // as far as it has come
   uint64_t result_bytes = 0;
   std::string result_digest;
-  Activity activity;  // while it runs
+  Activity activity;       // while it runs
+  bool finishing = false;  // somebody has asked it to finish
 };
 
 }  // namespace isolux

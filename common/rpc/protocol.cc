@@ -46,6 +46,7 @@ constexpr KindName kNames[] = {
     {MessageKind::kEndJob, "EndJob"},
     {MessageKind::kCancelJob, "CancelJob"},
     {MessageKind::kRelease, "Release"},
+    {MessageKind::kCountErrors, "CountErrors"},
     {MessageKind::kNeedScene, "NeedScene"},
     {MessageKind::kStarted, "Started"},
     {MessageKind::kReduce, "Reduce"},
@@ -60,6 +61,7 @@ constexpr KindName kNames[] = {
     {MessageKind::kDrain, "Drain"},
     {MessageKind::kFailed, "Failed"},
     {MessageKind::kProgress, "Progress"},
+    {MessageKind::kLinkErrors, "LinkErrors"},
 };
 
 }  // namespace
@@ -186,7 +188,13 @@ std::string Encode(const RoundReport& message) {
   proto.set_exchange_s(message.exchange_s);
   proto.set_solve_s(message.solve_s);
   proto.set_cpu_s(message.cpu_s);
-  proto.set_histogram(ToBytes(message.histogram.count));
+  proto.set_error_closure(message.error_closure);
+  proto.set_error_rms(message.error_rms);
+  v1::LocalErrors* local = proto.mutable_local_errors();
+  local->set_area(ToBytes(message.local_errors.area));
+  local->set_worst(message.local_errors.worst);
+  local->set_worst_surface(message.local_errors.worst_leaf.surface);
+  local->set_worst_path(message.local_errors.worst_leaf.path);
   proto.set_cut_cost_ns(ToBytes(message.cut_cost_ns));
   proto.set_cut_links(ToBytes(message.cut_links));
   proto.set_cut_elements(ToBytes(message.cut_elements));
@@ -222,10 +230,32 @@ Result<RoundReport> DecodeMessage(const std::string& payload) {
   message.exchange_s = proto.exchange_s();
   message.solve_s = proto.solve_s();
   message.cpu_s = proto.cpu_s();
-  RETURN_IF_ERROR(FromBytes(proto.histogram(), kWhat, &message.histogram.count));
+  message.error_closure = proto.error_closure();
+  message.error_rms = proto.error_rms();
+  const v1::LocalErrors& local = proto.local_errors();
+  RETURN_IF_ERROR(FromBytes(local.area(), kWhat, &message.local_errors.area));
+  message.local_errors.worst = local.worst();
+  message.local_errors.worst_leaf = {local.worst_surface(), local.worst_path()};
   RETURN_IF_ERROR(FromBytes(proto.cut_cost_ns(), kWhat, &message.cut_cost_ns));
   RETURN_IF_ERROR(FromBytes(proto.cut_links(), kWhat, &message.cut_links));
   RETURN_IF_ERROR(FromBytes(proto.cut_elements(), kWhat, &message.cut_elements));
+  return message;
+}
+
+std::string Encode(const LinkErrors& message) {
+  v1::LinkErrors proto;
+  proto.set_count(ToBytes(message.histogram.count));
+  proto.set_memory_bytes(message.memory_bytes);
+  return proto.SerializeAsString();
+}
+
+template <>
+Result<LinkErrors> DecodeMessage(const std::string& payload) {
+  v1::LinkErrors proto;
+  RETURN_IF_ERROR(Parse(payload, "LinkErrors", &proto));
+  LinkErrors message;
+  RETURN_IF_ERROR(FromBytes(proto.count(), "LinkErrors", &message.histogram.count));
+  message.memory_bytes = proto.memory_bytes();
   return message;
 }
 

@@ -13,6 +13,10 @@
 //     them
 //                                  ◀──  RoundReport, SnapshotPart            (or Replayed)
 //     InstallSnapshot              ──▶
+//     CountErrors                  ──▶
+//                                  ◀──  LinkErrors
+//     Gather                       ──▶                       (of a sample of leaves)
+//                                  ◀──  GatherPart
 //     Reassign                     ──▶                       (when nodes change home)
 //                                  ◀──  Parcels
 //     Absorb                       ──▶
@@ -58,6 +62,7 @@ enum class MessageKind : uint32_t {
   kEndJob = 12,
   kCancelJob = 13,
   kRelease = 14,
+  kCountErrors = 15,
   // Worker to coordinator.
   kNeedScene = 32,
   kStarted = 33,
@@ -73,6 +78,7 @@ enum class MessageKind : uint32_t {
   kDrain = 43,
   kFailed = 44,
   kProgress = 45,
+  kLinkErrors = 46,
 };
 const char* ToText(MessageKind kind);  // "Round"; "unknown message" for other numbers
 
@@ -157,6 +163,11 @@ struct GatherRequest {
   std::vector<uint8_t> corners;  // wanted, by bits, one an element; empty: all
 };
 
+struct LinkErrors {
+  ErrorHistogram histogram;
+  uint64_t memory_bytes = 0;  // of links, nodes and snapshot
+};
+
 struct EndJob {
   uint64_t job = 0;
 };
@@ -191,6 +202,7 @@ std::string Encode(const Parcels& message);
 std::string Encode(const Absorb& message);
 std::string Encode(const GatherRequest& message);
 std::string Encode(const GatherPart& message);
+std::string Encode(const LinkErrors& message);
 std::string Encode(const EndJob& message);
 std::string Encode(const Failed& message);
 std::string Encode(const Progress& message);

@@ -190,6 +190,7 @@ std::string Encode(const GatherPart& message) {
   proto.set_sums(ToBytes(message.sums));
   proto.set_rays(message.rays);
   proto.set_cpu_s(message.cpu_s);
+  proto.set_wall_s(message.wall_s);
   return proto.SerializeAsString();
 }
 
@@ -205,6 +206,7 @@ Result<GatherPart> DecodeMessage(const std::string& payload) {
   RETURN_IF_ERROR(FromBytes(proto.sums(), "GatherPart", &message.sums));
   message.rays = proto.rays();
   message.cpu_s = proto.cpu_s();
+  message.wall_s = proto.wall_s();
   return message;
 }
 

@@ -43,13 +43,22 @@ struct RoundSummary {
   double error_spread = 0;      // its parts: variation of sources within a link,
   double error_visibility = 0;  //   sampled visibility,
   double error_coupling = 0;    //   coupling factors,
-  double error_solver = 0;      //   unfinished iteration, effects left out
-  uint64_t elements = 0;        // leaves of the hierarchy
-  uint64_t links = 0;           // kept, over all workers
-  uint64_t evaluations = 0;     // link evaluations in this round
-  uint64_t rays = 0;            // shadow rays in this round
-  uint32_t iterations = 0;      // matrix products of the solver in this round
-  double residual = 0;          // residual power over emitted power
+  double error_solver = 0;      //   unfinished iteration, effects left out,
+  double error_closure = 0;     //   rows that do not add up,
+  double error_gather = 0;      //   rays and openings of the gather, at sampled leaves
+  double error_rms = 0;         // √(mean |ΔH|²) / mean H
+  // Local error |ΔH| / max(H, 5 % of the mean): what 95 % of the area are expected to be within,
+  // and the largest expected of any element, which is that of surface `worst_surface`, path
+  // `worst_path`, on `worst_polygon` of the scene file.
+  double error_p95 = 0, error_worst = 0;
+  uint32_t worst_polygon = 0, worst_surface = 0;
+  uint64_t worst_path = 0;
+  uint64_t elements = 0;     // leaves of the hierarchy
+  uint64_t links = 0;        // kept, over all workers
+  uint64_t evaluations = 0;  // link evaluations in this round
+  uint64_t rays = 0;         // shadow rays in this round
+  uint32_t iterations = 0;   // matrix products of the solver in this round
+  double residual = 0;       // residual power over emitted power
   double energy_imbalance =
       0;  // largest |emitted − absorbed − escaped| / emitted over the channels
   std::array<double, 3> emitted_w{}, absorbed_w{}, escaped_w{};
@@ -61,6 +70,12 @@ struct RoundSummary {
   uint64_t bytes_in = 0, bytes_out = 0;  // of all workers in this round
   uint64_t migrated_nodes = 0, migrated_links = 0;
   uint64_t memory_bytes = 0;  // links and nodes over all workers
+  // What gathering the output of this round would take, from a sample of leaves; 0: not sampled.
+  uint64_t output_elements = 0, output_points = 0, output_rays = 0;
+  double output_s = 0;  // wall
+  double sample_s = 0;  // wall, of taking the sample
+  // Links that become of one whose error is just above ε, measured in this round; 0: unknown.
+  double links_per_split = 0;
 };
 
 // Why a solve ended.

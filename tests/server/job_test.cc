@@ -140,7 +140,8 @@ TEST(JobTest, BudgetsEndTheRounds) {
   auto result = SolveInProcess(CornellBox(false), options, 2, 1);
   ASSERT_TRUE(result.has_value()) << result.error().message();
   EXPECT_EQ(result->summary.end_reason, EndReason::kLinks);
-  EXPECT_LE(result->summary.rounds.back().links, 3000u);
+  EXPECT_LE(result->summary.rounds.back().links, 3150u);
+  EXPECT_GE(result->summary.rounds.back().links, 2700u);
   options.max_links = 0;
   options.max_rounds = 2;
   result = SolveInProcess(CornellBox(false), options, 2, 1);

@@ -27,7 +27,8 @@ class Closer {
         exchange_(exchange),
         radiosity_(leaves.size()),
         row_(leaves.size()),
-        inherited_(leaves.size()) {}
+        inherited_(leaves.size()),
+        off_(leaves.size(), 0) {}
 
   // Rows with the factors of now, and how far the worst of all workers is from its bounds.
   Result<double> Measure() {
@@ -41,8 +42,8 @@ class Closer {
       const double row = Row(i);
       if (!(row > 0)) continue;
       const double target = Target(i, row);
-      const double off = std::abs(row - target) / std::max(target, kLeast);
-      reduction.maxima[0] = std::max(reduction.maxima[0], off);
+      off_[i] = std::abs(row - target) / std::max(target, kLeast);
+      reduction.maxima[0] = std::max(reduction.maxima[0], off_[i]);
     }
     ASSIGN_OR_RETURN(const Reduction total, exchange_.Reduce(std::move(reduction)));
     return total.maxima[0];
@@ -60,6 +61,7 @@ class Closer {
   }
 
   uint32_t products() const { return products_; }
+  const std::vector<double>& off() const { return off_; }
 
  private:
   // False where the factor is at one of its ends.
@@ -94,6 +96,7 @@ class Closer {
   std::span<const RowBounds> bounds_;
   Exchange& exchange_;
   std::vector<Single> radiosity_, row_, inherited_;
+  std::vector<double> off_;
   uint32_t products_ = 0;
 };
 
@@ -108,7 +111,10 @@ Result<ClosureSummary> Close(Product& product, LeafSystem& leaves,
     ASSIGN_OR_RETURN(summary.worst_after, closer.Measure());
     summary.products = closer.products();
     if (summary.products == 1) summary.worst_before = summary.worst_after;
-    if (summary.worst_after <= tolerance || summary.products >= kMostProducts) return summary;
+    if (summary.worst_after <= tolerance || summary.products >= kMostProducts) {
+      summary.off = closer.off();
+      return summary;
+    }
     if (summary.products < kMostInheritedProducts && summary.worst_after > kInheritanceTolerance) {
       closer.ScaleInheritance();
     } else {

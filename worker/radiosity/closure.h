@@ -19,6 +19,8 @@ struct ClosureSummary {
   double worst_before =
       0;  // of leaves without any factor, how far a row is from its bounds, as share
   double worst_after = 0;
+  std::vector<double>
+      off;  // of each own leaf, how far its row is from its bounds in the end, as share
 };
 
 // Improves leaves.inheritance and leaves.closure, starting from what is there, until every row is

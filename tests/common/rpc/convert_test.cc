@@ -12,19 +12,25 @@ RoundSummary Numbered(double base) {
   double next = base;
   RoundSummary round;
   round.round = static_cast<uint32_t>(++next);
-  for (double* value :
-       {&round.epsilon, &round.error_estimate, &round.error_spread, &round.error_visibility,
-        &round.error_coupling, &round.error_solver, &round.residual, &round.energy_imbalance,
-        &round.seconds, &round.refine_s, &round.exchange_s, &round.solve_s, &round.snapshot_s,
-        &round.balance_s, &round.load_max_over_mean}) {
+  for (double* value : {&round.epsilon,          &round.error_estimate,   &round.error_spread,
+                        &round.error_visibility, &round.error_coupling,   &round.error_solver,
+                        &round.residual,         &round.energy_imbalance, &round.seconds,
+                        &round.refine_s,         &round.exchange_s,       &round.solve_s,
+                        &round.snapshot_s,       &round.balance_s,        &round.load_max_over_mean,
+                        &round.error_closure,    &round.error_gather,     &round.error_rms,
+                        &round.error_p95,        &round.error_worst,      &round.output_s,
+                        &round.sample_s,         &round.links_per_split}) {
     *value = ++next;
   }
   for (uint64_t* value :
        {&round.elements, &round.links, &round.evaluations, &round.rays, &round.bytes_in,
-        &round.bytes_out, &round.migrated_nodes, &round.migrated_links, &round.memory_bytes}) {
+        &round.bytes_out, &round.migrated_nodes, &round.migrated_links, &round.memory_bytes,
+        &round.worst_path, &round.output_elements, &round.output_points, &round.output_rays}) {
     *value = static_cast<uint64_t>(++next);
   }
-  round.iterations = static_cast<uint32_t>(++next);
+  for (uint32_t* value : {&round.iterations, &round.worst_polygon, &round.worst_surface}) {
+    *value = static_cast<uint32_t>(++next);
+  }
   for (auto* power : {&round.emitted_w, &round.absorbed_w, &round.escaped_w}) {
     for (double& channel : *power) channel = ++next;
   }
@@ -67,6 +73,7 @@ JobInfo Job() {
   job.summary.workers = 17;
   job.summary.rays = 18;
   job.activity = {"solving", 2, 17, 1.5};
+  job.finishing = true;
   return job;
 }
 

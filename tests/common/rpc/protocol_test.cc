@@ -75,11 +75,22 @@ RoundReport RandomReport(Random& random) {
   report.crown_hash = random.Bits();
   report.links = random.Bits();
   report.cpu_s = random.Unit();
-  for (uint64_t& count : report.histogram.count) count = random.Bits();
+  report.error_closure = random.Unit();
+  report.error_rms = random.Unit();
+  for (uint64_t& area : report.local_errors.area) area = random.Bits();
+  report.local_errors.worst = random.Unit();
+  report.local_errors.worst_leaf = {static_cast<uint32_t>(random.Bits()), random.Bits()};
   report.cut_cost_ns = RandomNumbers<double>(random, 9);
   report.cut_links = RandomNumbers<uint64_t>(random, 9);
   report.cut_elements = RandomNumbers<uint64_t>(random, 9);
   return report;
+}
+
+LinkErrors RandomErrors(Random& random) {
+  LinkErrors errors;
+  for (uint64_t& count : errors.histogram.count) count = random.Bits();
+  errors.memory_bytes = random.Bits();
+  return errors;
 }
 
 StartJob RandomStart(Random& random) {
@@ -134,6 +145,7 @@ std::vector<Case> MakeCases(uint64_t seed) {
       MakeCase("SumsReply",
                SumsReply{RandomNumbers<int64_t>(random, 6), RandomNumbers<int64_t>(random, 9)}),
       MakeCase("RoundReport", RandomReport(random)),
+      MakeCase("LinkErrors", RandomErrors(random)),
       MakeCase("Replayed", Replayed{7}),
       MakeCase("Snapshot", SnapshotData{"bytes"}),
       MakeCase("Reassign", Reassign{RandomAssignment(random)}),

@@ -1,0 +1,55 @@
+#include "worker/radiosity/error_spread.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace isolux {
+namespace {
+
+// Root mean square over the mean of |x|, for a normal x.
+constexpr double kRmsOverMean = 1.2533141373155001;
+// Local errors are relative to the irradiance, but at least to this share of the mean.
+constexpr double kDarkShare = 0.05;
+
+}  // namespace
+
+Result<ErrorSpread> SpreadError(const LeafSystem& leaves, std::span<const NodeId> ids,
+                                std::span<const Lanes> irradiance, const ErrorEstimate& estimate,
+                                std::span<const double> row_off, double largest_eigenvalue,
+                                double scene_area_m2, Exchange& exchange) {
+  const auto arriving_at = [&](size_t i) {
+    return irradiance[i][0] + irradiance[i][1] + irradiance[i][2];
+  };
+  Reduction reduction;
+  reduction.sums.resize(5);  // of A H, of lit A, of A e, of A e², of what rows miss
+  for (size_t i = 0; i < leaves.size(); ++i) {
+    const double area = leaves.area_m2[i], arriving = arriving_at(i);
+    if (!(arriving > 0)) continue;
+    const double error = estimate.leaves[i].error;
+    reduction.sums[0].Add(area * arriving);
+    reduction.sums[1].Add(area);
+    reduction.sums[2].Add(area * error);
+    reduction.sums[3].Add(area * error * error);
+    reduction.sums[4].Add(area * (row_off.empty() ? 0.0 : row_off[i]) * arriving);
+  }
+  ASSIGN_OR_RETURN(const Reduction totals, exchange.Reduce(std::move(reduction)));
+  ErrorSpread spread;
+  const double arriving = totals.sums[0].Value(), lit_m2 = totals.sums[1].Value();
+  if (!(arriving > 0)) return spread;
+  spread.closure = totals.sums[4].Value() / (arriving * std::max(1e-6, 1 - largest_eigenvalue));
+  spread.total = estimate.total + spread.closure;
+  // The leaves' own errors without what is known of the whole alone; that is laid on them evenly.
+  const double local = totals.sums[2].Value() / arriving;
+  const double scale = local > 0 ? spread.total / local : 0.0;
+  const double mean = arriving / lit_m2;
+  spread.rms = local > 0 ? kRmsOverMean * scale * std::sqrt(totals.sums[3].Value() / lit_m2) / mean
+                         : spread.total;
+  for (size_t i = 0; i < leaves.size(); ++i) {
+    const double error = scale * estimate.leaves[i].error;
+    spread.local.Add(ids[i], error / std::max(arriving_at(i), kDarkShare * mean),
+                     leaves.area_m2[i] / scene_area_m2);
+  }
+  return spread;
+}
+
+}  // namespace isolux
