@@ -139,7 +139,7 @@ class Client::Impl {
   };
 
   Result<JobInfo> Watch(uint64_t job, const Watcher& watcher);
-  Status FetchInto(uint64_t job, PartFile& file, std::string* digest, uint64_t* total);
+  Status FetchInto(uint64_t job, bool latest, PartFile& file, std::string* digest, uint64_t* total);
 
   const ChannelOptions options_;
   const std::unique_ptr<v1::JobService::Stub> stub_;
@@ -223,6 +223,15 @@ Result<JobState> Client::Cancel(uint64_t job) {
   return static_cast<JobState>(response.state());
 }
 
+Result<JobState> Client::Finish(uint64_t job) {
+  Impl::Call call(impl_.get(), impl_->options_.call_deadline_s);
+  v1::FinishJobRequest request;
+  request.set_job(job);
+  v1::FinishJobResponse response;
+  RETURN_IF_ERROR(impl_->ToStatus(impl_->stub_->FinishJob(&call.context, request, &response)));
+  return static_cast<JobState>(response.state());
+}
+
 Result<uint32_t> Client::CountWorkers() {
   Impl::Call call(impl_.get(), impl_->options_.call_deadline_s);
   v1::ListWorkersResponse response;
@@ -266,11 +275,13 @@ Result<JobInfo> Client::Impl::Watch(uint64_t job, const Watcher& watcher) {
   return tl::unexpected<Status>(status);
 }
 
-Status Client::Impl::FetchInto(uint64_t job, PartFile& file, std::string* digest, uint64_t* total) {
+Status Client::Impl::FetchInto(uint64_t job, bool latest, PartFile& file, std::string* digest,
+                               uint64_t* total) {
   Call call(this, /*deadline_s=*/0);
   v1::FetchResultRequest request;
   request.set_job(job);
   request.set_offset(file.size());
+  request.set_latest(latest);
   auto stream = stub_->FetchResult(&call.context, request);
   v1::FetchResultResponse part;
   while (stream->Read(&part)) {
@@ -287,7 +298,7 @@ Status Client::Impl::FetchInto(uint64_t job, PartFile& file, std::string* digest
   return ToStatus(stream->Finish());
 }
 
-Status Client::Fetch(uint64_t job, const std::string& path) {
+Status Client::Fetch(uint64_t job, const std::string& path, bool latest) {
   PartFile file(path);
   if (!file.ok()) {
     return MakeStatus(StatusCode::kInvalidArgument, "{}: cannot be written: {}", path,
@@ -299,8 +310,10 @@ Status Client::Fetch(uint64_t job, const std::string& path) {
   Status status;
   do {
     const uint64_t before = file.size();
-    status = impl_->FetchInto(job, file, &digest, &total);
+    status = impl_->FetchInto(job, latest, file, &digest, &total);
     if (file.size() > before) patience.Renew();
+    // What is newest may be another by then: it cannot be taken up in its middle.
+    if (latest && file.size() > 0) break;
   } while (!status.ok() && patience.Wait(status));
   RETURN_IF_ERROR(status);
   if (file.size() != total || file.digest() != digest) {

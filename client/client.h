@@ -40,6 +40,7 @@ class Client {
   Result<JobInfo> Get(uint64_t job);
   Result<std::vector<JobInfo>> List(uint32_t limit);  // newest first
   Result<JobState> Cancel(uint64_t job);
+  Result<JobState> Finish(uint64_t job);
   Result<uint32_t> CountWorkers();
 
   struct Watcher {
@@ -50,8 +51,9 @@ class Client {
   // The job as it ended.
   Result<JobInfo> Watch(uint64_t job, const Watcher& watcher);
 
-  // Writes the result to PATH.part, checks it, renames it.
-  Status Fetch(uint64_t job, const std::string& path);
+  // Writes the result to PATH.part, checks it, renames it. `latest`: of a job that has not ended,
+  // its newest snapshot.
+  Status Fetch(uint64_t job, const std::string& path, bool latest = false);
 
   // Ends the call under way, and those to come, with kCancelled; until Resume.
   void Interrupt();

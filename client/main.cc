@@ -22,6 +22,7 @@ int Main(int argc, char** argv) {
   AddStatusCommand(app, run);
   AddWatchCommand(app, run);
   AddCancelCommand(app, run);
+  AddFinishCommand(app, run);
   AddFetchCommand(app, run);
   AddInspectCommand(app, run);
   AddFactorsCommand(app, run);

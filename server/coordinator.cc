@@ -17,8 +17,9 @@ Result<std::unique_ptr<Coordinator>> Coordinator::Start(const CoordinatorOptions
       self->store_.get(),
       [driver](const JobInfo& job, const JobHooks& hooks) { return driver->Run(job, hooks); },
       options.queue);
-  self->service_ = std::make_unique<CoordinatorService>(self->queue_.get(), self->store_.get(),
-                                                        self->sessions_.get(), options.service);
+  self->service_ = std::make_unique<CoordinatorService>(
+      self->queue_.get(), self->store_.get(), self->sessions_.get(),
+      [driver](const JobInfo& job) { return driver->Latest(job); }, options.service);
   ASSIGN_OR_RETURN(self->server_, GrpcServer::Start(options.server, {self->service_->service(),
                                                                      self->sessions_->service()}));
   RETURN_IF_ERROR(self->queue_->Start());

@@ -222,15 +222,19 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
 
 class FetchReactor final : public grpc::ServerWriteReactor<v1::FetchResultResponse> {
  public:
-  FetchReactor(JobQueue* queue, Store* store, Executor* executor,
-               const v1::FetchResultRequest& request)
-      : store_(store), executor_(executor), job_(request.job()), offset_(request.offset()) {
-    const Status status = Begin(*queue);
-    if (status.ok()) {
-      executor_->Post([this] { SendNext(); });
-    } else {
-      Finish(ToGrpc(status));
-    }
+  FetchReactor(JobQueue* queue, Store* store, const CoordinatorService::Latest* latest,
+               Executor* executor, const v1::FetchResultRequest& request)
+      : queue_(queue),
+        store_(store),
+        latest_(request.latest() ? latest : nullptr),
+        executor_(executor),
+        job_(request.job()),
+        offset_(request.offset()) {
+    executor_->Post([this] {
+      const Status status = Begin();
+      if (!status.ok()) return Finish(ToGrpc(status));
+      SendNext();
+    });
   }
 
   void OnWriteDone(bool ok) override {
@@ -242,8 +246,15 @@ class FetchReactor final : public grpc::ServerWriteReactor<v1::FetchResultRespon
   void OnDone() override { delete this; }
 
  private:
-  Status Begin(const JobQueue& queue) {
-    ASSIGN_OR_RETURN(const auto info, queue.Get(job_));
+  Status Begin() {
+    ASSIGN_OR_RETURN(auto info, queue_->Get(job_));
+    if (latest_ != nullptr && !HasEnded(info.state)) {
+      Result<std::string> made = (*latest_)(info);
+      if (made) return BeginWith(std::move(*made));
+      // It may have ended meanwhile, and its snapshots with it.
+      if (made.error().code() != StatusCode::kNotFound) return made.error();
+      ASSIGN_OR_RETURN(info, queue_->Get(job_));
+    }
     if (info.state != JobState::kDone) {
       return MakeStatus(StatusCode::kFailedPrecondition, "job {} is {}: it has no result{}", job_,
                         ToText(info.state), HasEnded(info.state) ? "" : " yet");
@@ -258,8 +269,22 @@ class FetchReactor final : public grpc::ServerWriteReactor<v1::FetchResultRespon
     return {};
   }
 
+  Status BeginWith(std::string bytes) {
+    if (offset_ != 0) {
+      return {StatusCode::kInvalidArgument, "what is newest is fetched from its beginning"};
+    }
+    Digest digest;
+    digest.Add(bytes);
+    total_bytes_ = bytes.size();
+    response_.set_total_bytes(bytes.size());
+    response_.set_digest(digest.Finish());
+    made_ = std::move(bytes);
+    return {};
+  }
+
   void SendNext() {
-    Result<std::string> data = store_->ReadResult(job_, offset_, kFrameBytes);
+    Result<std::string> data = made_.empty() ? store_->ReadResult(job_, offset_, kFrameBytes)
+                                             : made_.substr(offset_, kFrameBytes);
     if (data && data->empty() && offset_ < total_bytes_) {
       data = Error(StatusCode::kDataLoss, "job {}: its result ends at {} of {} bytes", job_,
                    offset_, total_bytes_);
@@ -274,10 +299,13 @@ class FetchReactor final : public grpc::ServerWriteReactor<v1::FetchResultRespon
     StartWrite(&response_);
   }
 
+  JobQueue* const queue_;
   Store* const store_;
+  const CoordinatorService::Latest* const latest_;  // null: the result alone will do
   Executor* const executor_;
   const uint64_t job_;
   uint64_t offset_;
+  std::string made_;  // for this call; empty: the job's result in the store
   uint64_t total_bytes_ = 0;
   bool sent_ = false;
   v1::FetchResultResponse response_;
@@ -287,10 +315,12 @@ class FetchReactor final : public grpc::ServerWriteReactor<v1::FetchResultRespon
 
 class CoordinatorService::Service final : public v1::JobService::CallbackService {
  public:
-  Service(JobQueue* queue, Store* store, const WorkerSessions* workers, const Options& options)
+  Service(JobQueue* queue, Store* store, const WorkerSessions* workers, Latest latest,
+          const Options& options)
       : queue_(queue),
         store_(store),
         workers_(workers),
+        latest_(std::move(latest)),
         idle_(options.idle_upload_s),
         executor_(options.threads) {}
 
@@ -347,9 +377,21 @@ class CoordinatorService::Service final : public v1::JobService::CallbackService
     return reactor;
   }
 
+  grpc::ServerUnaryReactor* FinishJob(grpc::CallbackServerContext* context,
+                                      const v1::FinishJobRequest* request,
+                                      v1::FinishJobResponse* response) override {
+    grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+    executor_.Post([this, reactor, job = request->job(), response] {
+      const Result<JobState> state = queue_->Finish(job);
+      if (state) response->set_state(static_cast<v1::JobState>(*state));
+      reactor->Finish(ToGrpc(state ? Status() : state.error()));
+    });
+    return reactor;
+  }
+
   grpc::ServerWriteReactor<v1::FetchResultResponse>* FetchResult(
       grpc::CallbackServerContext*, const v1::FetchResultRequest* request) override {
-    return new FetchReactor(queue_, store_, &executor_, *request);
+    return new FetchReactor(queue_, store_, &latest_, &executor_, *request);
   }
 
  private:
@@ -363,13 +405,14 @@ class CoordinatorService::Service final : public v1::JobService::CallbackService
   JobQueue* const queue_;
   Store* const store_;
   const WorkerSessions* const workers_;
+  const Latest latest_;
   IdleCalls idle_;
   Executor executor_;
 };
 
 CoordinatorService::CoordinatorService(JobQueue* queue, Store* store, const WorkerSessions* workers,
-                                       Options options)
-    : service_(std::make_unique<Service>(queue, store, workers, options)) {}
+                                       Latest latest, Options options)
+    : service_(std::make_unique<Service>(queue, store, workers, std::move(latest), options)) {}
 
 CoordinatorService::~CoordinatorService() = default;
 

@@ -2,7 +2,9 @@
 // back; nothing is decided here. What waits for the disk is done by an executor's threads.
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <string>
 
 #include "server/job_queue.h"
 #include "server/store.h"
@@ -21,7 +23,11 @@ class CoordinatorService {
     int threads = 3;
   };
 
-  CoordinatorService(JobQueue* queue, Store* store, const WorkerSessions* workers, Options options);
+  // Makes a patch file of a job that still runs.
+  using Latest = std::function<Result<std::string>(const JobInfo&)>;
+
+  CoordinatorService(JobQueue* queue, Store* store, const WorkerSessions* workers, Latest latest,
+                     Options options);
   ~CoordinatorService();  // after the gRPC server is gone
   CoordinatorService(const CoordinatorService&) = delete;
   CoordinatorService& operator=(const CoordinatorService&) = delete;

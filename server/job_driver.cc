@@ -1,10 +1,12 @@
 #include "server/job_driver.h"
 
 #include <algorithm>
+#include <chrono>
 #include <memory>
 #include <utility>
 
 #include "common/util/log.h"
+#include "server/latest.h"
 
 namespace isolux {
 namespace {
@@ -51,6 +53,21 @@ Result<JobInput> JobDriver::Load(const JobInfo& job) const {
   return input;
 }
 
+Result<std::string> JobDriver::Latest(const JobInfo& job) const {
+  if (job.summary.rounds.empty()) {
+    return Error(StatusCode::kFailedPrecondition,
+                 "job {} is {}: its first round is not done yet, try again in a while", job.id,
+                 ToText(job.state));
+  }
+  ASSIGN_OR_RETURN(const std::string encoded, store_->ReadScene(job.digest));
+  ASSIGN_OR_RETURN(const Scene scene, Decode(encoded));
+  ASSIGN_OR_RETURN(const std::string bytes,
+                   store_->LoadSnapshot(job.id, job.summary.rounds.back().round));
+  ASSIGN_OR_RETURN(const Snapshot snapshot, DecodeSnapshot(bytes));
+  ASSIGN_OR_RETURN(const PatchFile patch, BuildLatest(scene, snapshot, job));
+  return Encode(patch);
+}
+
 JobCallbacks JobDriver::CallbacksFor(const JobInfo& job, const JobHooks& hooks) {
   JobCallbacks callbacks;
   callbacks.workers = [this] {
@@ -77,11 +94,15 @@ JobCallbacks JobDriver::CallbacksFor(const JobInfo& job, const JobHooks& hooks) 
     sessions_->Release(worker.id);
   };
   callbacks.cancelled = hooks.cancelled;
+  callbacks.finish = hooks.finish;
   return callbacks;
 }
 
 Result<JobOutcome> JobDriver::Run(const JobInfo& job, const JobHooks& hooks) {
+  const auto start = std::chrono::steady_clock::now();
   ASSIGN_OR_RETURN(auto input, Load(job));
+  input.seconds_before +=
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   JobHooks counting = hooks;
   int fruitless = 0;
   counting.on_round = [&](const RoundSummary& round) {

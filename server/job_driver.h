@@ -21,6 +21,10 @@ class JobDriver {
   // A RunJob of the queue.
   Result<JobOutcome> Run(const JobInfo& job, const JobHooks& hooks);
 
+  // The patch file of the newest snapshot of a job that has rounds and has not ended: see
+  // server/latest.h. May be called from any thread.
+  Result<std::string> Latest(const JobInfo& job) const;
+
  private:
   Result<JobInput> Load(const JobInfo& job) const;
   JobCallbacks CallbacksFor(const JobInfo& job, const JobHooks& hooks);

@@ -233,6 +233,31 @@ Result<JobState> JobQueue::Cancel(uint64_t job) {
   return JobState::kCancelled;
 }
 
+Result<JobState> JobQueue::Finish(uint64_t job) {
+  {
+    std::lock_guard lock(mutex_);
+    const auto entry = jobs_.find(job);
+    if (entry == jobs_.end()) return tl::unexpected<Status>(NoSuchJob(job));
+    const JobInfo& info = entry->second.info;
+    if (HasEnded(info.state) || info.finishing) return info.state;
+    if (info.state == JobState::kQueued && info.summary.rounds.empty()) {
+      return Error(StatusCode::kFailedPrecondition,
+                   "job {} is queued: there is nothing of it yet; `isolux cancel {}` takes it away",
+                   job, job);
+    }
+  }
+  LogInfo("job {} is to finish", job);
+  JobState state{};
+  RETURN_IF_ERROR(Update(
+      job,
+      [&](Entry& entry) {
+        entry.info.finishing = true;
+        state = entry.info.state;
+      },
+      /*durable=*/true));
+  return state;
+}
+
 Result<std::shared_ptr<JobWatch>> JobQueue::Watch(uint64_t job, uint64_t after_sequence,
                                                   std::function<void()> on_news) {
   std::lock_guard lock(mutex_);
@@ -368,6 +393,10 @@ JobHooks JobQueue::HooksFor(uint64_t job) {
   hooks.cancelled = [this, job] {
     std::lock_guard lock(mutex_);
     return stopping_ || jobs_.at(job).cancel_requested;
+  };
+  hooks.finish = [this, job] {
+    std::lock_guard lock(mutex_);
+    return jobs_.at(job).info.finishing;
   };
   return hooks;
 }

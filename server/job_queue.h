@@ -40,6 +40,7 @@ struct JobHooks {
   std::function<void(const RoundSummary&)> on_round;
   std::function<void(const Activity&)> on_activity;
   std::function<bool()> cancelled;  // by somebody, or because the coordinator is stopping
+  std::function<bool()> finish;     // somebody wants what there is
 };
 
 struct JobOutcome {
@@ -122,6 +123,9 @@ class JobQueue {
   std::vector<JobInfo> List(uint32_t limit, uint64_t before) const;
   // The state after the call.
   Result<JobState> Cancel(uint64_t job);
+  // Lets a job that runs (or has rounds and will run again) end with its next round. The state
+  // after the call; kFailedPrecondition where it has nothing yet and waits for others.
+  Result<JobState> Finish(uint64_t job);
   // Events after the first `after_sequence`. `on_news` must not wait; it is called from any thread.
   Result<std::shared_ptr<JobWatch>> Watch(uint64_t job, uint64_t after_sequence,
                                           std::function<void()> on_news);

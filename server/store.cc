@@ -202,12 +202,16 @@ Status Store::SaveSnapshot(uint64_t job, uint32_t round, const std::string& byte
 Result<std::vector<std::string>> Store::LoadSnapshots(uint64_t job) const {
   std::vector<std::string> snapshots;
   for (uint32_t round = 1; round <= kMaxSnapshots; ++round) {
-    Result<std::string> bytes = ReadFile(JobPath(job) + fmt::format("/snapshot-{:04}.bin", round));
+    Result<std::string> bytes = LoadSnapshot(job, round);
     if (!bytes && bytes.error().code() == StatusCode::kNotFound) break;
     if (!bytes) return tl::unexpected<Status>(bytes.error());
     snapshots.push_back(std::move(*bytes));
   }
   return snapshots;
+}
+
+Result<std::string> Store::LoadSnapshot(uint64_t job, uint32_t round) const {
+  return ReadFile(JobPath(job) + fmt::format("/snapshot-{:04}.bin", round));
 }
 
 void Store::DropSnapshots(uint64_t job) {

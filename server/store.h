@@ -69,6 +69,8 @@ class Store {
   Status SaveSnapshot(uint64_t job, uint32_t round, const std::string& bytes);
   // Those of rounds 1, 2, … as far as they go without a gap.
   Result<std::vector<std::string>> LoadSnapshots(uint64_t job) const;
+  // kNotFound where there is none of this round: its job may have ended.
+  Result<std::string> LoadSnapshot(uint64_t job, uint32_t round) const;
   void DropSnapshots(uint64_t job);
 
   Status SaveResult(uint64_t job, const std::string& bytes);

@@ -19,6 +19,7 @@ void AddJobsCommand(CLI::App& app, Run& run);
 void AddStatusCommand(CLI::App& app, Run& run);
 void AddWatchCommand(CLI::App& app, Run& run);
 void AddCancelCommand(CLI::App& app, Run& run);
+void AddFinishCommand(CLI::App& app, Run& run);
 void AddFetchCommand(CLI::App& app, Run& run);
 void AddInspectCommand(CLI::App& app, Run& run);
 void AddFactorsCommand(CLI::App& app, Run& run);

@@ -1,6 +1,7 @@
-// isolux fetch JOB -o room.ply [--server HOST:PORT]
+// isolux fetch JOB -o room.ply [--latest] [--server HOST:PORT]
 //
-// Brings the patch file of a job that is done.
+// Brings the patch file of a job that is done; with --latest of one that still runs, as its newest
+// round has it.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
@@ -14,6 +15,7 @@ struct Options {
   std::string server;
   std::string output;
   uint64_t job = 0;
+  bool latest = false;
 };
 
 int RunFetch(const Options& options) {
@@ -21,7 +23,7 @@ int RunFetch(const Options& options) {
   auto client = Client::Make(options.server);
   if (!client) return Fail("fetch", client.error());
   interruption.Set([&client] { (*client)->Interrupt(); });
-  const Status status = (*client)->Fetch(options.job, options.output);
+  const Status status = (*client)->Fetch(options.job, options.output, options.latest);
   interruption.Set(nullptr);
   if (interruption.happened()) return kExitInterrupted;
   if (!status.ok()) return Fail("fetch", status);
@@ -36,6 +38,8 @@ void AddFetchCommand(CLI::App& app, Run& run) {
   CLI::App* command = app.add_subcommand("fetch", "bring the patch file of a job");
   command->add_option("job", options->job, "number of the job")->required();
   command->add_option("-o,--output", options->output, "patch file to write")->required();
+  command->add_flag("--latest", options->latest,
+                    "while the job runs, the newest round's solution, not gathered");
   AddServerFlag(*command, &options->server);
   command->callback([options, &run] { run = [options] { return RunFetch(*options); }; });
 }

@@ -35,8 +35,13 @@ class CoordinatorServiceTest : public ::testing::Test {
     sessions_ = std::make_unique<WorkerSessions>(WorkerSessions::Options());
     CoordinatorService::Options options;
     options.idle_upload_s = 0.5;
-    service_ =
-        std::make_unique<CoordinatorService>(queue_.get(), store_.get(), sessions_.get(), options);
+    service_ = std::make_unique<CoordinatorService>(
+        queue_.get(), store_.get(), sessions_.get(),
+        [](const JobInfo& job) -> Result<std::string> {
+          if (job.name != "cube.obj") return Error(isolux::StatusCode::kNotFound, "gone");
+          return std::string(300'000, 'n');
+        },
+        options);
     GrpcServerOptions listen;
     listen.listen = "127.0.0.1:0";
     auto server = GrpcServer::Start(listen, {service_->service(), sessions_->service()});
@@ -125,12 +130,14 @@ class CoordinatorServiceTest : public ::testing::Test {
     return watched;
   }
 
-  grpc::Status Fetch(uint64_t job, uint64_t offset, std::string* bytes, std::string* digest) {
+  grpc::Status Fetch(uint64_t job, uint64_t offset, std::string* bytes, std::string* digest,
+                     bool latest = false) {
     grpc::ClientContext context;
     SetDeadline(context, kLong);
     v1::FetchResultRequest request;
     request.set_job(job);
     request.set_offset(offset);
+    request.set_latest(latest);
     auto stream = stub_->FetchResult(&context, request);
     v1::FetchResultResponse part;
     while (stream->Read(&part)) {
@@ -252,6 +259,23 @@ TEST_F(CoordinatorServiceTest, ARunningJobIsListedCancelledAndHasNoResult) {
   ASSERT_EQ(jobs.jobs_size(), 1);
   EXPECT_EQ(jobs.jobs(0).state(), v1::JOB_STATE_CANCELLED);
   EXPECT_EQ(jobs.jobs(0).name(), "cube.obj");
+}
+
+TEST_F(CoordinatorServiceTest, WhatIsNewestIsFetchedWhileAJobRunsAndItsResultAfterwards) {
+  go_ = false;
+  const uint64_t job = SubmitCube("a");
+  std::string bytes, digest;
+  ASSERT_TRUE(Fetch(job, 0, &bytes, &digest, /*latest=*/true).ok());
+  EXPECT_EQ(bytes, std::string(300'000, 'n'));
+  EXPECT_EQ(HashOf(bytes), digest);
+  std::string none;
+  EXPECT_EQ(Fetch(job, 5, &none, &digest, true).error_code(), StatusCode::INVALID_ARGUMENT);
+  go_ = true;
+  ASSERT_TRUE(Watch(job, 0).status.ok());
+  bytes.clear();
+  ASSERT_TRUE(Fetch(job, 0, &bytes, &digest, true).ok());
+  EXPECT_EQ(bytes.size(), 600'000u);
+  EXPECT_EQ(Fetch(9, 0, &none, &digest, true).error_code(), StatusCode::NOT_FOUND);
 }
 
 TEST_F(CoordinatorServiceTest, StoppingEndsAWatchAsUnavailable) {

@@ -190,6 +190,46 @@ TEST_F(JobQueueTest, CancelsWhatRunsAndWhatWaits) {
   EXPECT_EQ(queue_->Cancel(7).error().code(), StatusCode::kNotFound);
 }
 
+Result<JobOutcome> UntilFinished(const JobInfo& job, const JobHooks& hooks) {
+  hooks.on_round(Round(1));
+  while (!hooks.finish()) {
+    if (hooks.cancelled()) return Error(StatusCode::kCancelled, "cancelled");
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return Succeed(job, hooks);
+}
+
+TEST_F(JobQueueTest, FinishesWhatRunsAndNothingElse) {
+  Open(UntilFinished);
+  for (const char* id : {"a", "b"}) ASSERT_TRUE(Submit(Request(id)).has_value());
+  const auto queued = queue_->Finish(2);
+  ASSERT_FALSE(queued.has_value());
+  EXPECT_EQ(queued.error().code(), StatusCode::kFailedPrecondition);
+  EXPECT_NE(queued.error().message().find("cancel 2"), std::string::npos);
+  while (queue_->Get(1)->summary.rounds.empty()) std::this_thread::yield();
+  EXPECT_EQ(*queue_->Finish(1), JobState::kRunning);
+  EXPECT_EQ(WaitForEnd(1).state, JobState::kDone);
+  EXPECT_EQ(*queue_->Finish(1), JobState::kDone) << "of an ended job: no error";
+  EXPECT_EQ(queue_->Finish(7).error().code(), StatusCode::kNotFound);
+  ASSERT_TRUE(queue_->Cancel(2).has_value());
+}
+
+TEST_F(JobQueueTest, ARestartRemembersThatAJobIsToFinish) {
+  std::promise<void> begun;
+  Open([&](const JobInfo&, const JobHooks& hooks) -> Result<JobOutcome> {
+    hooks.on_round(Round(1));
+    begun.set_value();
+    while (!hooks.cancelled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return Error(StatusCode::kCancelled, "the coordinator stops");
+  });
+  ASSERT_TRUE(Submit(Request("a")).has_value());
+  begun.get_future().wait();
+  ASSERT_TRUE(queue_->Finish(1).has_value());
+  Close();
+  Open(UntilFinished);
+  EXPECT_EQ(WaitForEnd(1).state, JobState::kDone);
+}
+
 TEST_F(JobQueueTest, WatchingGoesOnWhereItBrokeOff) {
   Open(Succeed);
   ASSERT_TRUE(Submit(Request("a")).has_value());
