@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <ctime>
 #include <nlohmann/json.hpp>
+
+#include "client/progress.h"
+#include "common/scene/forecast.h"
 
 namespace isolux {
 namespace {
@@ -27,6 +31,49 @@ uint32_t Workers(const JobInfo& job) {
   return job.summary.workers > 0 ? job.summary.workers : job.activity.workers;
 }
 
+json ErrorParts(const RoundSummary& round) {
+  return {{"spread", round.error_spread},     {"visibility", round.error_visibility},
+          {"coupling", round.error_coupling}, {"solver", round.error_solver},
+          {"closure", round.error_closure},   {"gather", round.error_gather}};
+}
+
+json History(const std::vector<RoundSummary>& rounds) {
+  json history = json::array();
+  for (const RoundSummary& round : rounds) {
+    history.push_back({{"round", round.round},
+                       {"epsilon", round.epsilon},
+                       {"error_estimate", round.error_estimate},
+                       {"error_rms", round.error_rms},
+                       {"error_p95", round.error_p95},
+                       {"error_worst", round.error_worst},
+                       {"worst_polygon", round.worst_polygon},
+                       {"error_parts", ErrorParts(round)},
+                       {"elements", round.elements},
+                       {"links", round.links},
+                       {"memory_bytes", round.memory_bytes},
+                       {"seconds", round.seconds},
+                       {"output_elements", round.output_elements},
+                       {"output_seconds", round.output_s}});
+  }
+  return history;
+}
+
+// Of a job that runs.
+json ForecastOf(const JobInfo& job) {
+  const auto forecast = ForecastRun(job.summary.rounds, job.options.accuracy);
+  if (job.state != JobState::kRunning || !forecast) return {};
+  const auto range = [](const Range& r) {
+    return json{{"low", r.low}, {"likely", r.likely}, {"high", r.high}};
+  };
+  return {{"accuracy", forecast->accuracy},
+          {"rounds", forecast->rounds},
+          {"links", range(forecast->links)},
+          {"elements", range(forecast->elements)},
+          {"memory_bytes", range(forecast->memory_bytes)},
+          {"remaining_seconds", range(forecast->remaining_seconds)},
+          {"seconds", range(forecast->seconds)}};
+}
+
 }  // namespace
 
 json ToJson(const JobInfo& job) {
@@ -47,11 +94,14 @@ json ToJson(const JobInfo& job) {
       {"end_reason", job.state == JobState::kDone ? json(ToText(job.summary.end_reason)) : json()},
       {"accuracy", job.options.accuracy},
       {"error_estimate", known(last.error_estimate)},
-      {"error_parts", some ? json{{"spread", last.error_spread},
-                                  {"visibility", last.error_visibility},
-                                  {"coupling", last.error_coupling},
-                                  {"solver", last.error_solver}}
-                           : json()},
+      {"error_rms", known(last.error_rms)},
+      {"error_p95", known(last.error_p95)},
+      {"error_worst", known(last.error_worst)},
+      {"worst_polygon", known(last.worst_polygon)},
+      {"error_parts", some ? ErrorParts(last) : json()},
+      {"forecast", ForecastOf(job)},
+      {"history", History(job.summary.rounds)},
+      {"finishing", job.finishing},
       {"polygons", job.polygons},
       {"elements", known(last.elements)},
       {"links", known(last.links)},
@@ -102,7 +152,14 @@ std::string Describe(const JobInfo& job) {
   row("state", ToText(job.state));
   const std::string& why = job.error.ok() ? job.message : job.error.message();
   if (!why.empty()) row("because", why);
-  if (job.state == JobState::kRunning) row("doing", job.activity.phase);
+  if (job.state == JobState::kRunning) {
+    row("doing", job.activity.phase + (job.finishing ? ", to finish after this round" : ""));
+    const double since_s =
+        job.summary.rounds.empty() ? 0 : job.activity.seconds - job.summary.rounds.back().seconds;
+    const std::string forecast =
+        ForecastText(job.summary.rounds, job.options.accuracy, std::max(0.0, since_s));
+    if (!forecast.empty()) row("forecast", forecast);
+  }
   row("submitted", TimeText(job.submitted_ms));
   row("started", TimeText(job.started_ms));
   row("ended", TimeText(job.finished_ms));
@@ -111,6 +168,8 @@ std::string Describe(const JobInfo& job) {
   if (!job.summary.rounds.empty()) {
     const RoundSummary& last = job.summary.rounds.back();
     row("error estimate", fmt::format("{:.3f} %", 100 * last.error_estimate));
+    row("error, RMS", fmt::format("{:.3f} %", 100 * last.error_rms));
+    row("local error", fmt::format("below {:.3g} % on 95 % of the area", 100 * last.error_p95));
     row("energy imbalance", fmt::format("{:.3f} %", 100 * last.energy_imbalance));
     row("residual", fmt::format("{:.3g}", last.residual));
     row("rounds", std::to_string(job.summary.rounds.size()));

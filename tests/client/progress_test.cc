@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "client/job_text.h"
 
@@ -17,6 +19,24 @@ TEST(ProgressTest, ShareDoneGoesFromNothingToAll) {
   EXPECT_EQ(ShareDone(0.2, 0.001, 0.02), 1);
   EXPECT_EQ(ShareDone(0.2, 0.5, 0.02), 0) << "a round may be worse";
   EXPECT_EQ(ShareDone(0.01, 0.01, 0.02), 1) << "good from the start";
+}
+
+TEST(ProgressTest, TheForecastSaysWhatIsStillToCome) {
+  EXPECT_EQ(ForecastText({}, 0.02, 0), "");
+  std::vector<RoundSummary> rounds(3);
+  for (uint32_t i = 0; i < 3; ++i) {
+    rounds[i].round = i + 1;
+    rounds[i].epsilon = std::pow(0.1, i);
+    rounds[i].error_estimate = 0.1641 * std::pow(0.5, i);
+    rounds[i].links = static_cast<uint64_t>(30'000 * std::pow(5.5, i));
+    rounds[i].seconds = 1 + static_cast<double>(rounds[i].links) * 1e-5;
+  }
+  const std::string text = ForecastText(rounds, 0.02, 0);
+  EXPECT_EQ(text.find("4.1 % → 2 %: about "), 0u) << text;
+  EXPECT_NE(text.find(" M links"), std::string::npos) << text;
+  EXPECT_NE(text.find(" s, "), std::string::npos) << text;
+  EXPECT_NE(ForecastText(rounds, 0.02, 1e9).find("about 1 s"), std::string::npos);
+  EXPECT_NE(ForecastText(rounds, 0.05, 0).find("to gather"), std::string::npos);
 }
 
 TEST(JobTextTest, WhatIsNotKnownYetIsNull) {
@@ -36,6 +56,8 @@ TEST(JobTextTest, WhatIsNotKnownYetIsNull) {
   json = ToJson(job);
   EXPECT_EQ(json["rays"], 11);
   EXPECT_EQ(json["error_estimate"], 0.01);
+  ASSERT_EQ(json["history"].size(), 2u);
+  EXPECT_EQ(json["history"][1]["error_estimate"], 0.01);
   EXPECT_EQ(json["end_reason"], "accuracy reached");
 }
 
