@@ -6,6 +6,7 @@
 
 #include "client/output/error_map.h"
 #include "client/report/comments.h"
+#include "client/report/forecasts.h"
 #include "client/web/page.h"
 
 namespace isolux {
@@ -106,6 +107,7 @@ Result<json> MakeReportData(const PatchFile& file, const ReportOptions& options,
   const auto asked = summary.find("accuracy");
   double accuracy = asked != summary.end() && asked->is_number() ? asked->get<double>() : 0;
   if (!(accuracy > 0 && accuracy <= 1)) accuracy = kUsualAccuracy;
+  data["forecasts"] = MakeForecasts(data["rounds"], accuracy);
   ASSIGN_OR_RETURN(data["pictures"], Pictures(file, errors, accuracy, options, pool));
   data["faces"] = {{"count", file.faces.size()},
                    {"mean_irradiance_w_m2", errors.mean_irradiance_w_m2},
