@@ -51,7 +51,7 @@ check_includes() {
     'worker/coupling: common/util common/vec.h common/scene worker/coupling'
     'worker/visibility: common/util common/vec.h common/scene common/hierarchy worker/coupling worker/visibility'
     'worker/factors: common/util common/vec.h common/scene common/hierarchy worker/coupling worker/visibility worker/factors'
-    'worker/radiosity: common/util common/vec.h common/scene common/hierarchy worker/coupling worker/radiosity'
+    'worker/radiosity: common/util common/vec.h common/scene common/hierarchy worker/coupling worker/visibility worker/radiosity'
     'worker/shard: common/util common/vec.h common/scene common/hierarchy worker/coupling worker/radiosity worker/shard'
     'worker: common worker isolux'
     'server: common server isolux'

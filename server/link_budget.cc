@@ -12,7 +12,7 @@ constexpr double kFewest = 0.25, kMost = 16;  // links per split that are believ
 // where two have, of which it is the difference.
 constexpr double kBlind = 1.0, kMeasuredOnce = 0.4, kLeastUncertain = 0.25;
 constexpr double kAimAtLimit = 0.97;   // of the limit, likely
-constexpr double kNeverAbove = 1.02;   // of the limit, with the uncertainty added
+constexpr double kNeverAbove = 1.0;    // of the limit, with the uncertainty added
 constexpr double kWorthARound = 0.01;  // of the limit: a step that has used less is the last
 constexpr double kLimited = 0.7;       // steps of ε above this were cut short by a budget
 constexpr double kRise = 4;            // ε may rise so much: old links can be worse than they were

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 #include "common/hierarchy/effects/plan.h"
 #include "common/util/random.h"
@@ -64,6 +65,7 @@ struct Shard::Impl {
   SolveOptions options;
   EffectsPlan plan;
   std::unique_ptr<NodeSampler> sampler;
+  std::optional<LinkProver> prover;
   std::unique_ptr<Placement> placement;
   LinkSet links;
   Snapshot snapshot;                   // installed last
@@ -71,7 +73,9 @@ struct Shard::Impl {
   std::unique_ptr<Gatherer> gatherer;  // of the installed snapshot, made when first asked for
   Scout scout;
 
-  RefineScene refine_scene() const { return {&rays, sampler.get(), options.seed, plan.occlusion}; }
+  RefineScene refine_scene() const {
+    return {&rays, sampler.get(), options.seed, plan.occlusion, prover ? &*prover : nullptr};
+  }
   Status Refine(double epsilon, Exchange& exchange, RefineCounters& counters) {
     gatherer.reset();
     return isolux::Refine(epsilon, refine_scene(), tree, *placement, pool, links, counters,
@@ -108,6 +112,7 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
   impl_->options = options;
   ASSIGN_OR_RETURN(const EffectsChoice choice, ParseEffectsChoice(options.effects));
   impl_->plan = PlanEffects(impl_->hierarchy, options.accuracy, choice).plan;
+  if (impl_->plan.occlusion && !impl_->prover) impl_->prover.emplace(impl_->hierarchy);
   impl_->gatherer.reset();
   impl_->links = {};
   impl_->sampler = std::make_unique<NodeSampler>(impl_->tree);

@@ -21,7 +21,7 @@ struct Prior {
   double slope, deviation, least, most, noise;
 };
 constexpr Prior kError{0.3, 0.1, 0.15, 0.8, 0.08};
-constexpr Prior kLinks{-0.75, 0.12, -1.2, -0.3, 0.05};
+constexpr Prior kLinks{-0.69, 0.12, -1.2, -0.3, 0.05};
 constexpr Prior kElements{-0.55, 0.12, -1.2, -0.1, 0.08};
 constexpr Prior kMemory{-0.7, 0.12, -1.2, -0.1, 0.05};
 constexpr Prior kOutput{-0.4, 0.2, -1.2, 0.0, 0.15};

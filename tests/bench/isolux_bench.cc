@@ -144,22 +144,26 @@ void BenchRays() {
   const NodeSampler sampler(tree);
   // Packets between two random surfaces each, as the links of a coarse round have them.
   constexpr int kPackets = 50000;
-  std::vector<std::array<Segment, 8>> packets(kPackets);
+  std::vector<RayPacket> packets(kPackets);
   Random random(1);
   std::vector<std::pair<uint32_t, uint32_t>> ends(kPackets);
   const auto surfaces = static_cast<uint32_t>(hierarchy.surfaces().size());
+  const auto point = [&](uint32_t node) {
+    const double u = random.Unit();
+    return SamplePolygon(tree.polygon(node), u, random.Unit());
+  };
   for (int k = 0; k < kPackets; ++k) {
-    ends[k] = {tree.SurfaceIndex(random.Bits() % surfaces),
-               tree.SurfaceIndex(random.Bits() % surfaces)};
-    for (Segment& segment : packets[k]) {
-      const auto a = sampler.Sample(tree, ends[k].first, random.Unit(), random.Unit(), 0);
-      const auto b = sampler.Sample(tree, ends[k].second, random.Unit(), random.Unit(), 0);
-      segment = {a.position, b.position, a.polygon, b.polygon};
+    const uint32_t p = tree.SurfaceIndex(random.Bits() % surfaces);
+    const uint32_t q = tree.SurfaceIndex(random.Bits() % surfaces);
+    ends[k] = {p, q};
+    for (int i = 0; i < RayScene::kPacket; ++i) {
+      packets[k].Set(i,
+                     {point(p), point(q), tree.surface_of(p).polygon, tree.surface_of(q).polygon});
     }
   }
   double start = Now();
   uint64_t visible = 0;
-  for (const auto& packet : packets) visible += rays.Visible(packet, 8);
+  for (const auto& packet : packets) visible += rays.Visible(packet);
   const double alone = 8.0 * kPackets / (Now() - start);
   start = Now();
   uint64_t traced = 0;

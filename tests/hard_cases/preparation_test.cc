@@ -9,7 +9,8 @@
 #include "tests/hard_cases/hard_case.h"
 #include "tests/support/local_cluster.h"
 #include "tests/support/obj_scene.h"
-#include "worker/radiosity/visibility.h"
+#include "worker/radiosity/polygon_sampler.h"
+#include "worker/radiosity/ray_scene.h"
 
 namespace isolux::testing {
 namespace {
@@ -90,7 +91,7 @@ int LeakingRays(const Scene& scene, int count, uint64_t seed) {
     const uint32_t from = under[random.Bits() % under.size()];
     const uint32_t to = around[random.Bits() % around.size()];
     const Vec3 start = point(from);
-    passed += static_cast<int>(rays.Visible({Segment{start, point(to), from, to}}, 1));
+    passed += rays.Visible(Segment{start, point(to), from, to}) ? 1 : 0;
   }
   return passed;
 }

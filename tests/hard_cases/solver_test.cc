@@ -423,8 +423,10 @@ TEST(HardSolver, LongPastConvergence) {
 }
 
 TEST(HardSolver, ChannelsUnlikeEachOther) {
+  // Channels share the unit of the integer sums, 2^-50 of the largest value of all: with 1/(1 -
+  // rho) of 1000 and some thirty products that is 1e-10; 0.8 to 2.1e-10 over five refinements.
   HardCase alone("39", "rho of 0, .999 and .3 side by side, over links and full matrices",
-                 "|B - B of the channel alone| over its largest", 1e-10);
+                 "|B - B of the channel alone| over its largest", 1e-9);
   const Lanes rho{0, 0.999, 0.3, 0};
   const auto measure = [&](LeafSystem& leaves, Transport& transport, const std::string& where) {
     Random random(39);

@@ -9,8 +9,8 @@
 #include "common/hierarchy/hierarchy.h"
 #include "common/util/random.h"
 #include "tests/support/surface_points.h"
+#include "worker/radiosity/polygon_sampler.h"
 #include "worker/radiosity/ray_scene.h"
-#include "worker/radiosity/visibility.h"
 
 namespace isolux::testing {
 namespace {

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "worker/coupling/clip.h"
 #include "worker/coupling/facing.h"
-#include "worker/coupling/point_factor.h"
+#include "worker/coupling/float_lanes.h"
+#include "worker/coupling/lanes.h"
 
 namespace isolux {
 namespace {
@@ -91,25 +93,77 @@ double FarVariation(const CouplingEnd& p, const CouplingEnd& q) {
   return range.Width();
 }
 
-// F from points in the plane of p to q (already in front of that plane); 0 for points behind q.
-Lanes MaskedFactors(const Vec3x4& x, const CouplingEnd& p, const CouplingEnd& q,
-                    std::span<const Vec3> q_front) {
-  const Lanes height = Dot(q.normal, x - q.polygon->v[0]);
-  return Select(height > 0.0, PointFormFactors(x, p.normal, q_front), Splat(0.0));
-}
+// Eight points in the plane of p, about its centre and in a unit of length that is a power of two,
+// so that single precision serves at any place and scale.
+class PlanePoints {
+ public:
+  PlanePoints(const CouplingEnd& p, double unit_m, const Vec3x4& first, const Vec3x4& second)
+      : centre_(p.centre), normal_(p.normal), scale_(1 / unit_m) {
+    for (int i = 0; i < 4; ++i) {
+      Set(i, {first.x[i], first.y[i], first.z[i]});
+      Set(4 + i, {second.x[i], second.y[i], second.z[i]});
+    }
+  }
+
+  // Form factors to a polygon in front of the plane, as PointFormFactors; 0 from behind it.
+  FloatLanes Factors(const CouplingEnd& q, std::span<const Vec3> q_front) const {
+    FloatLanes sum{};
+    for (size_t k = 0; k < q_front.size(); ++k) {
+      const Vec3 corner = scale_ * (q_front[k] - centre_);
+      const Vec3 side = scale_ * (q_front[(k + 1) % q_front.size()] - q_front[k]);
+      const float sx = static_cast<float>(side.x), sy = static_cast<float>(side.y),
+                  sz = static_cast<float>(side.z);
+      const FloatLanes ax = static_cast<float>(corner.x) - x_;
+      const FloatLanes ay = static_cast<float>(corner.y) - y_;
+      const FloatLanes az = static_cast<float>(corner.z) - z_;
+      const FloatLanes cx = ay * sz - az * sy, cy = az * sx - ax * sz, cz = ax * sy - ay * sx;
+      const FloatLanes length = SquareRoot(cx * cx + cy * cy + cz * cz);
+      const FloatLanes dot = ax * (ax + sx) + ay * (ay + sy) + az * (az + sz);
+      const FloatLanes along = static_cast<float>(normal_.x) * cx +
+                               static_cast<float>(normal_.y) * cy +
+                               static_cast<float>(normal_.z) * cz;
+      const FloatLanes term = Atan2Upper(length, dot) * along / Maximum(length, SplatFloat(1e-30F));
+      sum -= Select(length > 1e-30F, term, FloatLanes{});
+    }
+    const Vec3 to = scale_ * (q.polygon->v[0] - centre_);
+    const FloatLanes height =
+        static_cast<float>(-glm::dot(q.normal, to)) + static_cast<float>(q.normal.x) * x_ +
+        static_cast<float>(q.normal.y) * y_ + static_cast<float>(q.normal.z) * z_;
+    const FloatLanes factor =
+        Minimum(Maximum(sum * static_cast<float>(0.5 / kPi), FloatLanes{}), SplatFloat(1));
+    return Select(height > 0.0F, factor, FloatLanes{});
+  }
+
+ private:
+  void Set(int lane, const Vec3& x) {
+    const Vec3 local = scale_ * (x - centre_);
+    x_[lane] = static_cast<float>(local.x);
+    y_[lane] = static_cast<float>(local.y);
+    z_[lane] = static_cast<float>(local.z);
+  }
+
+  Vec3 centre_, normal_;
+  double scale_;
+  FloatLanes x_{}, y_{}, z_{};
+};
 
 double NearVariation(const CouplingEnd& p, const CouplingEnd& q, std::span<const Vec3> q_front,
-                     double mean, bool closest) {
-  Range range;
-  range.Add(MaskedFactors(CornerSamples(p), p, q, q_front));
-  range.Add(Splat(mean));
+                     double mean, bool closest, double unit_m) {
+  const Vec3x4 corners = CornerSamples(p);
+  Vec3x4 others = corners;
   if (closest) {
     // To the centre of q and three of its corners; drawn in so that F stays defined.
     const auto& v = q.polygon->v;
     const Vec3x4 points = ClosestPoints(*p.polygon, p.normal, Vec3x4({q.centre, v[0], v[1], v[2]}));
-    range.Add(MaskedFactors(Mix(p.centre, 0.05, points), p, q, q_front));
+    others = Mix(p.centre, 0.05, points);
   }
-  return range.Width();
+  const FloatLanes factors = PlanePoints(p, unit_m, corners, others).Factors(q, q_front);
+  float low = static_cast<float>(mean), high = low;
+  for (int i = 0; i < 8; ++i) {
+    low = std::min(low, factors[i]);
+    high = std::max(high, factors[i]);
+  }
+  return static_cast<double>(high - low);
 }
 
 }  // namespace
@@ -131,8 +185,9 @@ FormFactorVariation VariationOver(const CouplingEnd& p, const CouplingEnd& q, do
   const ClippedPolygon p_front = ClipToFront(*p.polygon, q.polygon->v[0], q.normal, tolerance_m);
   if (q_front.count == 0 || p_front.count == 0) return {};
   const bool closest = kappa > kClosestPointsKappa;
-  return {NearVariation(p, q, q_front.corners(), coupling_m2 / p.area_m2, closest),
-          NearVariation(q, p, p_front.corners(), coupling_m2 / q.area_m2, closest)};
+  const double unit_m = std::ldexp(1.0, std::ilogb(distance + reach));
+  return {NearVariation(p, q, q_front.corners(), coupling_m2 / p.area_m2, closest, unit_m),
+          NearVariation(q, p, p_front.corners(), coupling_m2 / q.area_m2, closest, unit_m)};
 }
 
 }  // namespace isolux

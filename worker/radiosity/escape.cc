@@ -5,7 +5,7 @@
 
 #include "common/util/disjoint_sets.h"
 #include "common/util/random.h"
-#include "worker/radiosity/visibility.h"
+#include "worker/radiosity/polygon_sampler.h"
 
 namespace isolux {
 namespace {

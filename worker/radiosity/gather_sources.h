@@ -1,40 +1,19 @@
-// What a leaf receives from, made ready for evaluation at many points of it: for gather.cc.
+// What a surface receives from: the links of its nodes and of the clusters above them, made into
+// blocks of sources. For gather.cc.
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "common/hierarchy/snapshot.h"
-#include "worker/coupling/clip.h"
 #include "worker/radiosity/gather.h"
+#include "worker/radiosity/gather_block.h"
 #include "worker/radiosity/slots.h"
 
 namespace isolux {
 
-// A source: an element in front of the leaf, or a cluster seen as from its centre.
-struct Source {
-  ClippedPolygon polygon;  // of an element; count 0 for a cluster
-  Vec3 normal{0.0};        // of an element
-  Vec3 point{0.0};         // on an element; the centre of a cluster
-  double facing_m2 = 0;    // of a cluster: its area that faces the leaf
-  Lanes radiosity{};       // by channel, W/m²
-  double visibility = 1;   // of the link
-  double doubt = 0;        // of the link
-  double rays = 0;         // rays wanted at a point, over the form factor there
-  // Of a source that is partly hidden and varies, where rays must find what it is that is seen: the
-  // element, to look up the leaf a ray meets; kNoNode for others.
-  uint32_t varying = kNoNode;
-  uint32_t surface_polygon = 0;
-  uint64_t seed = 0;
-};
-
-struct LeafSources {
-  std::vector<Source> sources;
-  IntLanes even{};  // what arrives alike all over the leaf, in units of 1/scale W/m²
-};
-
 class SourceFinder {
  public:
+  // Over the links homed here. Keeps references to all but the placement and the links' list.
   SourceFinder(const Tree& tree, const Placement& placement, const LinkSet& links,
                const Snapshot& snapshot);
 
@@ -45,8 +24,14 @@ class SourceFinder {
   // Largest radiosity of all leaves and channels, W/m².
   double largest_radiosity() const { return largest_; }
 
-  // Over the links homed here. scale: units a W/m².
-  LeafSources Find(uint32_t leaf, const GatherOptions& options, double scale) const;
+  // What the links of a surface or element bring to points at or below it, in units of 1/scale
+  // W/m²; to a surface also what comes over the links of the clusters above. The same for all
+  // leaves below, so made once for them.
+  void Fill(uint32_t node, const SurfaceFrame& frame, const GatherOptions& options, double scale,
+            SourceBlock& block) const;
+
+  // Rays a point of this leaf for each W/m² in doubt that a link brings.
+  double RaysPerDoubt(uint32_t leaf, const GatherOptions& options) const;
 
  private:
   // A link at one of its ends.
@@ -55,34 +40,42 @@ class SourceFinder {
     bool at_q;
     uint32_t other() const { return at_q ? link->p : link->q; }
   };
-  // What stays the same while the sources of one leaf are found.
-  struct Receiver {
-    uint32_t leaf = 0;
+  // What stays the same while a block is filled.
+  struct Filling {
+    uint32_t receiver;  // the surface or element
+    double arriving;    // its irradiance, of which shares are taken, sum of channels, W/m²
     Vec3 centre{0.0}, normal{0.0};
-    double arriving = 0;       // irradiance that shares are taken of, sum of channels, W/m²
-    double rays_per_w_m2 = 0;  // K over the leaf's doubt
+    double scale;
+    const GatherOptions& options;
+    SourceBlock& block;
+  };
+  // A link's other end, or a part of it.
+  struct Part {
+    uint32_t node;
+    double factor;  // about, of what is seen of it from the receiver
+    int level;      // below the link's end
+    double visibility, doubt;
+    uint64_t seed;
   };
 
   void PullRadiosity(const Snapshot& snapshot);
+  void PullIrradiance(const Snapshot& snapshot);
   void ListEnds(const Placement& placement, const LinkSet& links);
-  void Add(const Receiver& receiver, uint32_t node, const End& end, const GatherOptions& options,
-           double scale, LeafSources& found) const;
-  void Open(const Receiver& receiver, uint32_t other, double factor, const Source& from, int level,
-            const GatherOptions& options, std::vector<Source>& sources) const;
-  double FactorAtCentre(const Receiver& receiver, uint32_t other) const;
+  void AddEnd(const Filling& filling, uint32_t node, const End& end) const;
+  void AddClusterEnd(const Filling& filling, const End& end) const;
+  void Open(const Filling& filling, const Part& part) const;
+  double FactorAtCentre(const Filling& filling, uint32_t other) const;
 
   const Tree& tree_;
   const Snapshot& snapshot_;
   Slots slots_;
-  std::vector<Lanes> radiosity_;  // by slot
-  std::vector<uint64_t> first_;   // of the ends of each node: ends_[first_[n] .. first_[n+1])
+  double inverse_unit_m_ = 1;
+  std::vector<Lanes> radiosity_;   // by slot
+  std::vector<float> irradiance_;  // by node, elements only: area mean, sum of channels, W/m²
+  std::vector<uint64_t> first_;    // of the ends of each node: ends_[first_[n] .. first_[n+1])
   std::vector<End> ends_;
   double largest_ = 0;
   double least_irradiance_ = 0;  // W/m², over the channels, below which a leaf counts as dark
 };
-
-// Form factor of a cluster from a point: its facing area as a disk at its centre, seen by the
-// cosine; bounded however near it is.
-Lanes ClusterFactors(const Vec3x4& points, const Vec3& n, const Vec3& centre, double facing_m2);
 
 }  // namespace isolux

@@ -16,9 +16,8 @@ struct PacketContext {
   RTCIntersectContext base;
   const uint32_t* polygon_of;  // of a primitive
   const Hierarchy* hierarchy;
-  std::array<uint32_t, RayScene::kPacket> from_polygon, to_polygon;
-  std::array<float, RayScene::kPacket>
-      near_share;  // of the segment, at either end: no hit counts there
+  const uint32_t* from_polygon;  // of each ray
+  const uint32_t* to_polygon;
 };
 
 // Whether a ray meets a side that lies against another polygon: that one is what it meets.
@@ -42,13 +41,10 @@ void RejectOwnHits(const RTCFilterFunctionNArguments* arguments) {
     const uint32_t plane = context->hierarchy->plane_of(hit);
     const uint32_t from = context->from_polygon[ray];
     const uint32_t to = context->to_polygon[ray];
-    const float t = RTCRayN_tfar(arguments->ray, arguments->N, i);
     const bool own =
         hit == from || plane == context->hierarchy->plane_of(from) ||
-        (to != RayHit::kNothing && (hit == to || plane == context->hierarchy->plane_of(to) ||
-                                    t > 1.0F - context->near_share[ray]));
-    if (own || t < context->near_share[ray] ||
-        MeetsCovered(arguments, i, context->hierarchy->scene(), hit)) {
+        (to != RayHit::kNothing && (hit == to || plane == context->hierarchy->plane_of(to)));
+    if (own || MeetsCovered(arguments, i, context->hierarchy->scene(), hit)) {
       arguments->valid[i] = 0;
     }
   }
@@ -77,23 +73,23 @@ struct RayScene::Impl {
     return context;
   }
 
-  void SetRay(RTCRay8& ray, PacketContext& context, int i, const Vec3& from, const Vec3& direction,
-              float tfar) const {
+  void SetRay(RTCRay8& ray, int i, const Vec3& from, const Vec3& direction) const {
+    const double length = glm::length(direction);
+    // Hits so near an end do not count: not looked for, they need not be rejected.
+    const float near_share =
+        length > 0 ? std::min(0.25F, coordinate_noise_m / static_cast<float>(length)) : 0.25F;
     ray.org_x[i] = static_cast<float>(from.x);
     ray.org_y[i] = static_cast<float>(from.y);
     ray.org_z[i] = static_cast<float>(from.z);
     ray.dir_x[i] = static_cast<float>(direction.x);
     ray.dir_y[i] = static_cast<float>(direction.y);
     ray.dir_z[i] = static_cast<float>(direction.z);
-    ray.tnear[i] = 0;
-    ray.tfar[i] = tfar;
+    ray.tnear[i] = near_share;
+    ray.tfar[i] = std::numeric_limits<float>::infinity();
     ray.time[i] = 0;
     ray.mask[i] = ~0U;
     ray.id[i] = static_cast<unsigned>(i);
     ray.flags[i] = 0;
-    const double length = glm::length(direction);
-    context.near_share[i] =
-        length > 0 ? std::min(0.25F, coordinate_noise_m / static_cast<float>(length)) : 0.25F;
   }
 };
 
@@ -150,39 +146,75 @@ RayScene::~RayScene() {
   rtcReleaseDevice(impl_->device);
 }
 
-uint32_t RayScene::Visible(const std::array<Segment, kPacket>& segments, int count) const {
-  alignas(32) int valid[kPacket];
-  alignas(32) RTCRay8 rays;
-  PacketContext context = impl_->Context();
-  for (int i = 0; i < kPacket; ++i) {
-    valid[i] = i < count ? -1 : 0;
-    if (i >= count) continue;
-    const Segment& segment = segments[i];
-    context.from_polygon[i] = segment.from_polygon;
-    context.to_polygon[i] = segment.to_polygon;
-    impl_->SetRay(rays, context, i, segment.from, segment.to - segment.from, 1.0F);
+void RayPacket::Set(int i, const Segment& segment) {
+  for (int c = 0; c < 3; ++c) {
+    from[c][i] = static_cast<float>(segment.from[c]);
+    to[c][i] = static_cast<float>(segment.to[c]);
   }
+  from_polygon[i] = segment.from_polygon;
+  to_polygon[i] = segment.to_polygon;
+  valid |= 1U << i;
+}
+
+uint32_t RayScene::Visible(const RayPacket& packet) const {
+  alignas(32) RTCRay8 rays;
+  const auto store = [](float* to, FloatLanes v) {
+    _mm256_store_ps(to, reinterpret_cast<__m256>(v));
+  };
+  const FloatLanes x = packet.to[0] - packet.from[0];
+  const FloatLanes y = packet.to[1] - packet.from[1];
+  const FloatLanes z = packet.to[2] - packet.from[2];
+  // Hits so near an end do not count: not looked for, they need not be rejected.
+  const FloatLanes near_share =
+      Minimum(impl_->coordinate_noise_m / SquareRoot(x * x + y * y + z * z), SplatFloat(0.25F));
+  store(rays.org_x, packet.from[0]);
+  store(rays.org_y, packet.from[1]);
+  store(rays.org_z, packet.from[2]);
+  store(rays.dir_x, x);
+  store(rays.dir_y, y);
+  store(rays.dir_z, z);
+  store(rays.tnear, near_share);
+  store(rays.tfar, 1 - near_share);
+  store(rays.time, FloatLanes{});
+  alignas(32) int valid[kPacket];
+  for (int i = 0; i < kPacket; ++i) {
+    valid[i] = (packet.valid >> i & 1) != 0 ? -1 : 0;
+    rays.mask[i] = ~0U;
+    rays.id[i] = static_cast<unsigned>(i);
+    rays.flags[i] = 0;
+  }
+  PacketContext context = impl_->Context();
+  context.from_polygon = packet.from_polygon.data();
+  context.to_polygon = packet.to_polygon.data();
   rtcOccluded8(valid, impl_->scene, &context.base, &rays);
   uint32_t visible = 0;
-  for (int i = 0; i < count; ++i) {
-    if (rays.tfar[i] >= 0) visible |= 1U << i;
+  for (int i = 0; i < kPacket; ++i) {
+    if (valid[i] != 0 && rays.tfar[i] >= 0) visible |= 1U << i;
   }
   return visible;
+}
+
+bool RayScene::Visible(const Segment& segment) const {
+  RayPacket packet;
+  packet.Set(0, segment);
+  return Visible(packet) != 0;
 }
 
 std::array<RayHit, RayScene::kPacket> RayScene::Trace(const std::array<Escape, kPacket>& escapes,
                                                       int count) const {
   alignas(32) int valid[kPacket];
   alignas(32) RTCRayHit8 rays;
+  std::array<uint32_t, kPacket> from{}, to;
+  to.fill(RayHit::kNothing);
   PacketContext context = impl_->Context();
+  context.from_polygon = from.data();
+  context.to_polygon = to.data();
   for (int i = 0; i < kPacket; ++i) {
     valid[i] = i < count ? -1 : 0;
     rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
     if (i >= count) continue;
-    context.from_polygon[i] = escapes[i].from_polygon;
-    context.to_polygon[i] = RayHit::kNothing;
-    impl_->SetRay(rays.ray, context, i, escapes[i].from, escapes[i].direction,
-                  std::numeric_limits<float>::infinity());
+    from[i] = escapes[i].from_polygon;
+    impl_->SetRay(rays.ray, i, escapes[i].from, escapes[i].direction);
   }
   rtcIntersect8(valid, impl_->scene, &context.base, &rays);
   std::array<RayHit, kPacket> hits;

@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "common/hierarchy/hierarchy.h"
+#include "worker/coupling/float_lanes.h"
 
 namespace isolux {
 
@@ -17,6 +18,15 @@ namespace isolux {
 struct Segment {
   Vec3 from{0.0}, to{0.0};
   uint32_t from_polygon = 0, to_polygon = 0;
+};
+
+// Eight segments.
+struct RayPacket {
+  std::array<FloatLanes, 3> from{}, to{};  // by axis
+  std::array<uint32_t, 8> from_polygon{}, to_polygon{};
+  uint32_t valid = 0;  // by bits: those that count
+
+  void Set(int i, const Segment& segment);
 };
 
 // A ray that leaves a polygon, to wherever it goes.
@@ -43,8 +53,9 @@ class RayScene {
   // not count.
   double coordinate_noise_m() const;
 
-  // Bit i is set where segment i < count is free of obstacles. count ≤ 8.
-  uint32_t Visible(const std::array<Segment, kPacket>& segments, int count) const;
+  // Bit i is set where segment i counts and is free of obstacles.
+  uint32_t Visible(const RayPacket& packet) const;
+  bool Visible(const Segment& segment) const;
 
   // What each ray meets first. count ≤ 8.
   std::array<RayHit, kPacket> Trace(const std::array<Escape, kPacket>& rays, int count) const;

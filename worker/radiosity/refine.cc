@@ -27,9 +27,21 @@ constexpr double kSmallestElement = 1e-6;
 // Deviation of visibility when all rays agree: nothing sampled can have less.
 constexpr double kSmallestDeviation = 0.3;
 
-// A pair still to be evaluated.
+// A pair still to be evaluated, with what is known of the one it was divided from.
 struct Pair {
-  uint32_t p, q;
+  uint32_t p = 0, q = 0;
+  bool visible = false;      // proved
+  bool look = true;          // whether candidates are worth looking for
+  CandidateList candidates;  // of a pair that holds this one
+};
+
+// What evaluation finds of a pair.
+struct Evaluation {
+  LinkVerdict verdict = LinkVerdict::kDrop;
+  Proof proof = Proof::kNone;
+  bool looked = false;  // for candidates
+  uint8_t rays = 0;
+  CandidateList candidates;  // for those it is divided into
 };
 
 // Upper bound of the coupling of two nodes of which one is a cluster; 0 where they cannot meet.
@@ -96,12 +108,12 @@ Meeting MeetingOf(const Tree& tree, uint32_t p, uint32_t q) {
 }
 
 // The end to divide where a link stands for a part of its ends only: the larger mixed cluster.
-Verdict MixedEnd(const Tree& tree, uint32_t p, uint32_t q) {
+LinkVerdict MixedEnd(const Tree& tree, uint32_t p, uint32_t q) {
   const auto mixed = [&](uint32_t node) {
     return tree.is_cluster(node) && tree.facing().IsMixed(node);
   };
-  if (mixed(p) != mixed(q)) return mixed(p) ? Verdict::kSplitP : Verdict::kSplitQ;
-  return SizeOf(tree, p) >= SizeOf(tree, q) ? Verdict::kSplitP : Verdict::kSplitQ;
+  if (mixed(p) != mixed(q)) return mixed(p) ? LinkVerdict::kSplitP : LinkVerdict::kSplitQ;
+  return SizeOf(tree, p) >= SizeOf(tree, q) ? LinkVerdict::kSplitP : LinkVerdict::kSplitQ;
 }
 
 class Evaluator {
@@ -113,42 +125,63 @@ class Evaluator {
         smallest_m_(kSmallestElement * tree.hierarchy().extent_m()) {}
 
   // Makes the link of a pair and judges it. The link is meaningful only where the verdict is keep.
-  Verdict Evaluate(const Pair& pair, Link& link, uint8_t& rays) const {
+  Evaluation Evaluate(const Pair& pair, Link& link) const {
     link = Link();
-    rays = 0;
     link.p = pair.p;
     link.q = pair.q;
-    if (tree_.is_cluster(pair.p) || tree_.is_cluster(pair.q)) return EvaluateCluster(link, rays);
-    return EvaluateElements(link, rays);
+    Evaluation found;
+    if (tree_.is_cluster(pair.p) || tree_.is_cluster(pair.q)) {
+      found.verdict = EvaluateCluster(link, found);
+      return found;
+    }
+    found.verdict = EvaluateElements(pair, link, found);
+    // What is divided hands on what may stand between.
+    const bool divided =
+        found.verdict == LinkVerdict::kSplitP || found.verdict == LinkVerdict::kSplitQ;
+    if (divided && !found.looked) Prove(pair, found);
+    return found;
+  }
+
+  // The same of a link that is about to be divided, without making it again.
+  Evaluation Divide(const Link& link, LinkVerdict verdict) const {
+    Evaluation found;
+    found.verdict = verdict;
+    if (tree_.is_cluster(link.p) || tree_.is_cluster(link.q)) return found;
+    Pair pair;
+    pair.p = link.p;
+    pair.q = link.q;
+    pair.visible = link.visible_rays == Link::kProved;
+    Prove(pair, found);
+    return found;
   }
 
   // Judges a link that exists, by the values of now.
-  Verdict Judge(const Link& link) const {
+  LinkVerdict Judge(const Link& link) const {
     const LinkError error = ErrorOf(tree_, link, tree_.values(link.p), tree_.values(link.q));
-    if (error.total_w <= epsilon_w_) return Verdict::kKeep;
+    if (error.total_w <= epsilon_w_) return LinkVerdict::kKeep;
     return Possible(link, error.split);
   }
 
  private:
-  Verdict EvaluateCluster(Link& link, uint8_t& rays) const {
+  LinkVerdict EvaluateCluster(Link& link, Evaluation& found) const {
     const double bound = ClusterBound(tree_, link.p, link.q);
-    if (bound <= 0) return Verdict::kDrop;
+    if (bound <= 0) return LinkVerdict::kDrop;
     link.variation_p = static_cast<float>(bound);
-    if (const Verdict verdict = Judge(link); verdict != Verdict::kKeep) return verdict;
+    if (const LinkVerdict verdict = Judge(link); verdict != LinkVerdict::kKeep) return verdict;
     const Meeting meeting = MeetingOf(tree_, link.p, link.q);
     if (meeting == Meeting::kPart) return MixedEnd(tree_, link.p, link.q);
-    if (meeting == Meeting::kNothing) return Verdict::kKeep;
+    if (meeting == Meeting::kNothing) return LinkVerdict::kKeep;
     link.unoccluded_m2 =
         static_cast<float>(std::min(bound, ClusterCoupling(tree_, link.p, link.q)));
-    if (link.unoccluded_m2 > 0) Sample(link, rays);
-    return Verdict::kKeep;
+    if (link.unoccluded_m2 > 0) Sample(link, found);
+    return LinkVerdict::kKeep;
   }
 
-  Verdict EvaluateElements(Link& link, uint8_t& rays) const {
+  LinkVerdict EvaluateElements(const Pair& pair, Link& link, Evaluation& found) const {
     const Hierarchy& hierarchy = tree_.hierarchy();
     if (hierarchy.plane_of(tree_.surface_of(link.p).polygon) ==
         hierarchy.plane_of(tree_.surface_of(link.q).polygon)) {
-      return Verdict::kDrop;
+      return LinkVerdict::kDrop;
     }
     const CouplingEnd p = MakeCouplingEnd(tree_.polygon(link.p));
     const CouplingEnd q = MakeCouplingEnd(tree_.polygon(link.q));
@@ -158,23 +191,43 @@ class Evaluator {
     const double wanted_m2 = kCouplingShare * epsilon_w_ / std::max(brighter, 1e-300);
     const PairCoupling coupling = Couple(
         p, q, std::clamp(wanted_m2, kFinestCoupling * smaller_m2, kCoarsestCoupling * smaller_m2));
-    if (!(coupling.coupling_m2 > 0)) return Verdict::kDrop;
+    if (!(coupling.coupling_m2 > 0)) return LinkVerdict::kDrop;
     link.unoccluded_m2 = static_cast<float>(coupling.coupling_m2);
     const FormFactorVariation variation = VariationOver(p, q, coupling.coupling_m2);
     link.variation_p = static_cast<float>(variation.over_p);
     link.variation_q = static_cast<float>(variation.over_q);
     link.error_code = EncodeCouplingError(coupling.error_m2, coupling.coupling_m2);
     link.visible_share = 65535;
-    // Whatever the rays would say, such a link is too uncertain: split it without.
-    if (scene_.occlusion && kSmallestDeviation * coupling.coupling_m2 * brighter > epsilon_w_) {
+    // Whatever stands between, such a link is too uncertain: split it without looking.
+    if (scene_.occlusion && !pair.visible &&
+        kSmallestDeviation * coupling.coupling_m2 * brighter > epsilon_w_) {
       link.visible_rays = Link::kRays;
-      if (const Verdict verdict = Judge(link); verdict != Verdict::kKeep) return verdict;
+      if (const LinkVerdict verdict = Judge(link); verdict != LinkVerdict::kKeep) return verdict;
     }
-    Sample(link, rays);
+    if (pair.visible || (pair.candidates && pair.candidates->size() <= LinkProver::kShort)) {
+      Prove(pair, found);
+    }
+    if (found.proof == Proof::kHidden) return LinkVerdict::kDrop;
+    if (found.proof == Proof::kVisible) {
+      link.visible_rays = Link::kProved;
+    } else {
+      Sample(link, found);
+    }
     return Judge(link);
   }
 
-  void Sample(Link& link, uint8_t& rays) const {
+  // What stands between the ends of a pair of elements.
+  void Prove(const Pair& pair, Evaluation& found) const {
+    found.looked = true;
+    if (pair.visible || scene_.prover == nullptr) {
+      found.proof = pair.visible ? Proof::kVisible : Proof::kNone;
+      return;
+    }
+    if (!pair.candidates && !pair.look) return;
+    found.proof = scene_.prover->Settle(tree_, pair.p, pair.q, pair.candidates, &found.candidates);
+  }
+
+  void Sample(Link& link, Evaluation& found) const {
     if (!scene_.occlusion) {
       link.visible_share = 65535;
       link.visible_rays = Link::kProved;
@@ -182,21 +235,22 @@ class Evaluator {
     }
     const SampledVisibility sampled =
         SampleVisibility(tree_, *scene_.sampler, *scene_.rays, link.p, link.q, scene_.seed);
-    rays = static_cast<uint8_t>(sampled.traced);
+    found.rays = static_cast<uint8_t>(sampled.traced);
     link.visible_share = static_cast<uint16_t>(std::lround(sampled.share * 65535));
     link.visible_rays = static_cast<uint8_t>(sampled.visible);
   }
 
   // The split asked for, or that of the other end, or none: what the numbers can still resolve.
-  Verdict Possible(const Link& link, Verdict wanted) const {
+  LinkVerdict Possible(const Link& link, LinkVerdict wanted) const {
     const auto divisible = [&](uint32_t node) {
       return tree_.is_cluster(node) ||
              (tree_.node(node).id.level() < kMaxLevel && SizeOf(tree_, node) > smallest_m_);
     };
-    const bool first = wanted == Verdict::kSplitP;
+    const bool first = wanted == LinkVerdict::kSplitP;
     if (divisible(first ? link.p : link.q)) return wanted;
-    if (divisible(first ? link.q : link.p)) return first ? Verdict::kSplitQ : Verdict::kSplitP;
-    return Verdict::kKeep;
+    if (divisible(first ? link.q : link.p))
+      return first ? LinkVerdict::kSplitQ : LinkVerdict::kSplitP;
+    return LinkVerdict::kKeep;
   }
 
   double epsilon_w_;
@@ -219,7 +273,7 @@ class Wavefront {
 
   void Start() {
     if (links_.own.empty() && links_.crown.empty()) {
-      frontier_.push_back({0, 0});
+      frontier_.push_back({0, 0, false, true, nullptr});
       return;
     }
     Rejudge(links_.own);
@@ -235,77 +289,89 @@ class Wavefront {
     if (frontier_.size() <= kMost) {
       wave.swap(frontier_);
     } else {
-      wave.assign(frontier_.end() - kMost, frontier_.end());
+      wave.assign(std::make_move_iterator(frontier_.end() - kMost),
+                  std::make_move_iterator(frontier_.end()));
       frontier_.resize(frontier_.size() - kMost);
     }
     result_.resize(wave.size());
-    verdict_.resize(wave.size());
-    rays_.resize(wave.size());
+    found_.resize(wave.size());
     pool_.For(wave.size(), 128, [&](size_t begin, size_t end, int) {
-      for (size_t i = begin; i < end; ++i) {
-        verdict_[i] = evaluator_.Evaluate(wave[i], result_[i], rays_[i]);
-      }
+      for (size_t i = begin; i < end; ++i) found_[i] = evaluator_.Evaluate(wave[i], result_[i]);
     });
     for (size_t i = 0; i < wave.size(); ++i) {
-      Count(wave[i], rays_[i]);
-      if (verdict_[i] == Verdict::kKeep) {
+      Count(wave[i], found_[i]);
+      if (found_[i].verdict == LinkVerdict::kKeep) {
         (placement_.IsCrownLink(wave[i].p, wave[i].q) ? links_.crown : links_.own)
             .push_back(result_[i]);
-      } else if (verdict_[i] != Verdict::kDrop) {
-        Expand(wave[i], verdict_[i]);
+      } else if (found_[i].verdict != LinkVerdict::kDrop) {
+        Expand(wave[i], found_[i]);
       }
     }
   }
 
  private:
   // Work that every worker repeats is counted by one.
-  void Count(const Pair& pair, uint8_t rays) {
+  void Count(const Pair& pair, const Evaluation& found) {
     const uint32_t owner = placement_.OwnerCut(pair.p, pair.q);
     if (placement_.assignment().home[owner] != placement_.self()) return;
     ++counters_.evaluations;
     ++counters_.evaluations_of_cut[owner];
-    counters_.rays += rays;
+    counters_.rays += found.rays;
+    counters_.proved_visible += found.proof == Proof::kVisible ? 1 : 0;
+    counters_.proved_hidden += found.proof == Proof::kHidden ? 1 : 0;
   }
 
   // Takes out of `links` those that need splitting.
   void Rejudge(std::vector<Link>& links) {
-    verdict_.resize(links.size());
+    found_.resize(links.size());
     pool_.For(links.size(), 4096, [&](size_t begin, size_t end, int) {
-      for (size_t i = begin; i < end; ++i) verdict_[i] = evaluator_.Judge(links[i]);
+      for (size_t i = begin; i < end; ++i) {
+        const LinkVerdict verdict = evaluator_.Judge(links[i]);
+        found_[i] = Evaluation();
+        found_[i].verdict = verdict;
+        if (verdict != LinkVerdict::kKeep) found_[i] = evaluator_.Divide(links[i], verdict);
+      }
     });
     size_t kept = 0;
     for (size_t i = 0; i < links.size(); ++i) {
-      if (verdict_[i] == Verdict::kKeep) {
+      if (found_[i].verdict == LinkVerdict::kKeep) {
         links[kept++] = links[i];
       } else {
-        Expand({links[i].p, links[i].q}, verdict_[i]);
+        Expand({links[i].p, links[i].q, false, true, nullptr}, found_[i]);
       }
     }
     links.resize(kept);
   }
 
-  void Expand(const Pair& pair, Verdict verdict) {
-    const uint32_t split = verdict == Verdict::kSplitP ? pair.p : pair.q;
-    const uint32_t other = verdict == Verdict::kSplitP ? pair.q : pair.p;
+  void Expand(const Pair& pair, const Evaluation& found) {
+    if (found.proof == Proof::kHidden) return;
+    const bool first = found.verdict == LinkVerdict::kSplitP;
+    const uint32_t split = first ? pair.p : pair.q, other = first ? pair.q : pair.p;
     if (!tree_.is_cluster(split)) {
       tree_.MakeChildren(split);
       placement_.Extend(tree_);
     }
+    Pair part;
+    part.visible = found.proof == Proof::kVisible;
+    part.candidates = found.candidates;
+    // Where there were too many candidates, half the shaft will not have few.
+    part.look = !(found.looked && pair.look && !found.candidates);
     tree_.ForEachChild(split, [&](uint32_t child) {
-      if (pair.p != pair.q) return Add(child, other);
+      if (pair.p != pair.q) return Add(child, other, part);
       // A node with itself: each pair of children once.
       tree_.ForEachChild(split, [&](uint32_t sibling) {
-        if (!(tree_.node(sibling).id < tree_.node(child).id)) Add(child, sibling);
+        if (!(tree_.node(sibling).id < tree_.node(child).id)) Add(child, sibling, part);
       });
     });
   }
 
-  void Add(uint32_t a, uint32_t b) {
+  void Add(uint32_t a, uint32_t b, Pair pair) {
     if (a == b && !tree_.is_cluster(a)) return;  // a plane does not see itself
     const bool ordered = tree_.node(a).id < tree_.node(b).id;
-    const Pair pair = ordered ? Pair{a, b} : Pair{b, a};
+    pair.p = ordered ? a : b;
+    pair.q = ordered ? b : a;
     if (!placement_.IsCrownLink(a, b) && placement_.HomeOfLink(a, b) != placement_.self()) return;
-    frontier_.push_back(pair);
+    frontier_.push_back(std::move(pair));
   }
 
   Evaluator evaluator_;
@@ -316,8 +382,7 @@ class Wavefront {
   RefineCounters& counters_;
   std::vector<Pair> frontier_;
   std::vector<Link> result_;
-  std::vector<Verdict> verdict_;
-  std::vector<uint8_t> rays_;
+  std::vector<Evaluation> found_;
 };
 
 }  // namespace
@@ -335,7 +400,7 @@ LinkError ErrorOf(const Tree& tree, const Link& link, const NodeValues& p, const
     error.visibility_q_w = unseen * p.radiosity;
     error.total_w = link.variation_p * static_cast<double>(std::max(p.radiosity, q.radiosity));
     error.split =
-        SizeOf(tree, link.p) >= SizeOf(tree, link.q) ? Verdict::kSplitP : Verdict::kSplitQ;
+        SizeOf(tree, link.p) >= SizeOf(tree, link.q) ? LinkVerdict::kSplitP : LinkVerdict::kSplitQ;
     return error;
   }
   const double deviation = link.visibility_deviation();
@@ -374,9 +439,9 @@ LinkError ErrorOf(const Tree& tree, const Link& link, const NodeValues& p, const
     const bool q_varies = q.spread > kSpreadShare * q.radiosity;
     const bool p_larger = tree.area_m2(link.p) >= tree.area_m2(link.q);
     error.split =
-        (p_varies != q_varies ? p_varies : p_larger) ? Verdict::kSplitP : Verdict::kSplitQ;
+        (p_varies != q_varies ? p_varies : p_larger) ? LinkVerdict::kSplitP : LinkVerdict::kSplitQ;
   } else {
-    error.split = for_p >= for_q ? Verdict::kSplitP : Verdict::kSplitQ;
+    error.split = for_p >= for_q ? LinkVerdict::kSplitP : LinkVerdict::kSplitQ;
   }
   return error;
 }

@@ -17,6 +17,7 @@
 #include "common/util/parallel.h"
 #include "common/util/status.h"
 #include "worker/radiosity/link.h"
+#include "worker/radiosity/link_proof.h"
 #include "worker/radiosity/placement.h"
 #include "worker/radiosity/ray_scene.h"
 #include "worker/radiosity/tree.h"
@@ -25,7 +26,7 @@
 namespace isolux {
 
 // What to do with a link.
-enum class Verdict : uint8_t { kKeep, kDrop, kSplitP, kSplitQ };
+enum class LinkVerdict : uint8_t { kKeep, kDrop, kSplitP, kSplitQ };
 
 // The terms of a link's error that remain when irradiance is gathered point by point, and the
 // whole.
@@ -34,14 +35,15 @@ struct LinkError {
   double spread_p_w = 0, spread_q_w = 0;          // source variation, in power at p and at q
   double visibility_p_w = 0, visibility_q_w = 0;  // with the covariance of visibility and source
   double coupling_p_w = 0, coupling_q_w = 0;
-  Verdict split = Verdict::kSplitP;  // what the largest term asks for
+  LinkVerdict split = LinkVerdict::kSplitP;  // what the largest term asks for
 };
 LinkError ErrorOf(const Tree& tree, const Link& link, const NodeValues& p, const NodeValues& q);
 
 struct RefineCounters {
   uint64_t evaluations = 0;
   uint64_t rays = 0;
-  std::vector<uint64_t> evaluations_of_cut;  // by owner
+  uint64_t proved_visible = 0, proved_hidden = 0;  // evaluations, without a ray
+  std::vector<uint64_t> evaluations_of_cut;        // by owner
 };
 
 // What refinement reads but never changes.
@@ -49,7 +51,8 @@ struct RefineScene {
   const RayScene* rays = nullptr;
   const NodeSampler* sampler = nullptr;
   uint64_t seed = 1;
-  bool occlusion = true;  // whether anything may stand between
+  bool occlusion = true;               // whether anything may stand between
+  const LinkProver* prover = nullptr;  // null: rays alone
 };
 
 // The links of one worker: those of its own blocks, and the crown's, which every worker keeps.

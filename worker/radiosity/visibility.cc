@@ -20,81 +20,75 @@ NodeSampler::NodeSampler(const Tree& tree) {
   area_before_.push_back(sum);
 }
 
-Vec3 SamplePolygon(const ConvexPolygon& polygon, double u, double v) {
-  int first = 1;
-  if (polygon.count == 4) {
-    // Pick one of the two triangles by area, and stretch u over it.
-    const double one =
-        glm::length(glm::cross(polygon.v[1] - polygon.v[0], polygon.v[2] - polygon.v[0]));
-    const double two =
-        glm::length(glm::cross(polygon.v[2] - polygon.v[0], polygon.v[3] - polygon.v[0]));
-    const double share = one / (one + two);
-    if (u < share) {
-      u /= share;
-    } else {
-      u = (u - share) / (1 - share);
-      first = 2;
-    }
-  }
-  const double root = std::sqrt(std::clamp(u, 1e-9, 1 - 1e-9));
-  v = std::clamp(v, 1e-5, 1 - 1e-5);
-  return polygon.v[0] + root * ((1 - v) * (polygon.v[first] - polygon.v[0]) +
-                                v * (polygon.v[first + 1] - polygon.v[0]));
-}
-
-double InsideShare(const ConvexPolygon& polygon, const Vec3& centre, double noise_m) {
-  const double margin_m = 2 * noise_m;
-  double least2 = std::numeric_limits<double>::infinity();  // squared, from the centre to a side
-  for (int i = 0; i < polygon.count; ++i) {
-    const Vec3 along = polygon.v[(i + 1) % polygon.count] - polygon.v[i];
-    const Vec3 cross = glm::cross(along, centre - polygon.v[i]);
-    least2 = std::min(least2, glm::dot(cross, cross) / std::max(glm::dot(along, along), 1e-300));
-  }
-  constexpr double kMost = 0.25;
-  return margin_m * margin_m >= kMost * kMost * least2 ? kMost : margin_m / std::sqrt(least2);
-}
-
-ConvexPolygon DrawnIn(const ConvexPolygon& polygon, double noise_m) {
-  const Vec3 centre = polygon.Centroid();
-  const double share = InsideShare(polygon, centre, noise_m);
-  ConvexPolygon result = polygon;
-  for (int i = 0; i < polygon.count; ++i) result.v[i] += share * (centre - polygon.v[i]);
-  return result;
-}
-
-NodeSampler::Point NodeSampler::Sample(const Tree& tree, uint32_t node, double u, double v,
-                                       double w) const {
-  if (!tree.is_cluster(node)) {
-    return {SamplePolygon(tree.polygon(node), u, v), tree.normal(node),
-            tree.surface_of(node).polygon, tree.node(node).id.surface};
-  }
+uint32_t NodeSampler::Surface(const Tree& tree, uint32_t node, double w) const {
   const Cluster& cluster = tree.cluster(node);
   const auto begin = area_before_.begin() + cluster.first_surface;
   const double target = *begin + w * (begin[cluster.surface_count] - *begin);
   auto place =
       static_cast<uint32_t>(std::upper_bound(begin, begin + cluster.surface_count, target) - begin);
   place = std::clamp<uint32_t>(place, 1, cluster.surface_count) - 1;
-  const uint32_t surface = tree.hierarchy().surface_order()[cluster.first_surface + place];
-  return Sample(tree, tree.SurfaceIndex(surface), u, v, 0);
+  return tree.SurfaceIndex(tree.hierarchy().surface_order()[cluster.first_surface + place]);
 }
 
 namespace {
 
-// How samples of an element are kept off its sides, where things may stand; nothing for clusters.
-struct Inset {
-  Vec3 centre{0.0};
-  double share = 0;
-};
-
-Inset InsetOf(const Tree& tree, uint32_t node, double noise_m) {
-  if (tree.is_cluster(node)) return {};
-  const ConvexPolygon& polygon = tree.polygon(node);
-  const Vec3 centre = polygon.Centroid();
-  return {centre, InsideShare(polygon, centre, noise_m)};
+// A rank-1 lattice of eight points, shifted at random: stratified in every coordinate.
+FloatLanes Stratified(int coordinate, Random& random) {
+  constexpr std::array<FloatLanes, 4> kLattice = {{
+      {0, .125F, .25F, .375F, .5F, .625F, .75F, .875F},  // generators 1, 3, 5, 7
+      {0, .375F, .75F, .125F, .5F, .875F, .25F, .625F},
+      {0, .625F, .25F, .875F, .5F, .125F, .75F, .375F},
+      {0, .875F, .75F, .625F, .5F, .375F, .25F, .125F},
+  }};
+  constexpr std::array<int, 6> kGenerator = {0, 1, 2, 3, 1, 2};
+  const FloatLanes u = kLattice[kGenerator[coordinate]] + static_cast<float>(random.Unit());
+  return Minimum(u - Select(u >= 1.0F, SplatFloat(1), FloatLanes{}), SplatFloat(1 - 0x1p-24F));
 }
 
-bool StandsFor(const Tree& tree, uint32_t node, uint32_t surface) {
-  return !tree.is_cluster(node) || tree.facing().StandsFor(node, surface);
+// Eight points of one end of a link.
+struct EndPoints {
+  FloatPoints position{}, normal{};
+  std::array<uint32_t, 8> polygon{};
+};
+
+EndPoints PointsOf(const Tree& tree, const NodeSampler& sampler, uint32_t node, double noise_m,
+                   FloatLanes u, FloatLanes v, FloatLanes w) {
+  EndPoints points;
+  if (!tree.is_cluster(node)) {
+    points.position = PolygonSampler(DrawnIn(tree.polygon(node), noise_m)).At(u, v);
+    const Vec3 n = tree.normal(node);
+    for (int c = 0; c < 3; ++c) points.normal[c] = SplatFloat(static_cast<float>(n[c]));
+    points.polygon.fill(tree.surface_of(node).polygon);
+    return points;
+  }
+  for (int i = 0; i < 8; ++i) {
+    const uint32_t surface = sampler.Surface(tree, node, w[i]);
+    const FloatPoints at =
+        PolygonSampler(tree.polygon(surface)).At(SplatFloat(u[i]), SplatFloat(v[i]));
+    // One that the cluster does not stand for faces nothing.
+    const bool counts = tree.facing().StandsFor(node, tree.node(surface).id.surface);
+    const Vec3 n = counts ? tree.normal(surface) : Vec3(0.0);
+    for (int c = 0; c < 3; ++c) {
+      points.position[c][i] = at[c][0];
+      points.normal[c][i] = static_cast<float>(n[c]);
+    }
+    points.polygon[i] = tree.surface_of(surface).polygon;
+  }
+  return points;
+}
+
+// cosθ_x cosθ_y / d² of eight pairs of points, 1/m²; 0 where they face away.
+FloatLanes Kernel(const EndPoints& x, const EndPoints& y) {
+  FloatLanes distance2{}, at_x{}, at_y{};
+  for (int c = 0; c < 3; ++c) {
+    const FloatLanes d = y.position[c] - x.position[c];
+    distance2 += d * d;
+    at_x += x.normal[c] * d;
+    at_y -= y.normal[c] * d;
+  }
+  const FloatLanes kernel =
+      Maximum(at_x / distance2, FloatLanes{}) * Maximum(at_y / distance2, FloatLanes{});
+  return Select(distance2 > 0.0F, kernel, FloatLanes{});
 }
 
 }  // namespace
@@ -104,50 +98,33 @@ SampledVisibility SampleVisibility(const Tree& tree, const NodeSampler& sampler,
   const NodeId& a = tree.node(p).id;
   const NodeId& b = tree.node(q).id;
   Random random(Hash(seed, Hash(a.surface, a.path), Hash(b.surface, b.path)));
-  std::array<double, 6> shift;
-  for (double& s : shift) s = random.Unit();
-  // A rank-1 lattice of eight points, shifted at random: stratified in every coordinate.
-  constexpr std::array<int, 6> kGenerator = {1, 3, 5, 7, 3, 5};
-  constexpr int kCount = RayScene::kPacket;
-  std::array<Segment, kCount> segments;
-  std::array<double, kCount> weight{};
-  int traced = 0;
+  std::array<FloatLanes, 6> u;
+  for (int d = 0; d < 6; ++d) u[d] = Stratified(d, random);
+  const double noise_m = rays.coordinate_noise_m();
+  const EndPoints x = PointsOf(tree, sampler, p, noise_m, u[0], u[1], u[4]);
+  const EndPoints y = PointsOf(tree, sampler, q, noise_m, u[2], u[3], u[5]);
+  // The kernel's peak where the ends touch would leave one ray to decide.
+  const auto most = static_cast<float>(1.0 / std::min(tree.area_m2(p), tree.area_m2(q)));
+  FloatLanes weight = Minimum(Kernel(x, y), SplatFloat(most));
+  RayPacket packet{x.position, y.position, x.polygon, y.polygon, 0};
   double total = 0;
-  const Inset inset_p = InsetOf(tree, p, rays.coordinate_noise_m());
-  const Inset inset_q = InsetOf(tree, q, rays.coordinate_noise_m());
-  for (int i = 0; i < kCount; ++i) {
-    std::array<double, 6> u;
-    for (int d = 0; d < 6; ++d) {
-      u[d] = shift[d] + (i * kGenerator[d] % kCount) * (1.0 / kCount);
-      u[d] -= std::floor(u[d]);
-    }
-    auto x = sampler.Sample(tree, p, u[0], u[1], u[4]);
-    auto y = sampler.Sample(tree, q, u[2], u[3], u[5]);
-    x.position += inset_p.share * (inset_p.centre - x.position);
-    y.position += inset_q.share * (inset_q.centre - y.position);
-    const Vec3 d = y.position - x.position;
-    const double d2 = glm::dot(d, d);
-    const double cosines =
-        std::max(0.0, glm::dot(x.normal, d)) * std::max(0.0, -glm::dot(y.normal, d));
-    if (!(cosines > 0) || x.polygon == y.polygon) continue;
-    if (!StandsFor(tree, p, x.surface) || !StandsFor(tree, q, y.surface)) continue;
-    // The kernel's peak where the ends touch would leave one ray to decide.
-    weight[traced] =
-        std::min(cosines / (d2 * d2), 1.0 / std::min(tree.area_m2(p), tree.area_m2(q)));
-    total += weight[traced];
-    segments[traced++] = {x.position, y.position, x.polygon, y.polygon};
+  for (int i = 0; i < 8; ++i) {
+    if (x.polygon[i] == y.polygon[i]) weight[i] = 0;
+    if (!(weight[i] > 0)) continue;
+    packet.valid |= 1U << i;
+    total += weight[i];
   }
   SampledVisibility result;
-  result.traced = traced;
-  if (traced == 0) return result;
-  const uint32_t visible = rays.Visible(segments, traced);
+  result.traced = std::popcount(packet.valid);
+  if (result.traced == 0) return result;
+  const uint32_t visible = rays.Visible(packet);
   double passed = 0;
-  for (int i = 0; i < traced; ++i) {
+  for (int i = 0; i < 8; ++i) {
     if ((visible >> i & 1) != 0) passed += weight[i];
   }
   result.share = std::clamp(passed / total, 0.0, 1.0);
   // Rays that were not traced say nothing: scale the count to eight.
-  result.visible = (std::popcount(visible) * kCount + traced / 2) / traced;
+  result.visible = (std::popcount(visible) * RayScene::kPacket + result.traced / 2) / result.traced;
   return result;
 }
 

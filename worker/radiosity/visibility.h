@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "worker/radiosity/polygon_sampler.h"
 #include "worker/radiosity/ray_scene.h"
 #include "worker/radiosity/tree.h"
 
@@ -15,33 +16,17 @@ struct SampledVisibility {
   int traced = 0;
 };
 
-// Points on nodes, uniform in area.
+// Picks surfaces of clusters, in proportion to their areas.
 class NodeSampler {
  public:
   explicit NodeSampler(const Tree& tree);
 
-  struct Point {
-    Vec3 position{0.0};
-    Vec3 normal{0.0};
-    uint32_t polygon = 0;
-    uint32_t surface = 0;
-  };
-  // u, v, w in [0, 1): w picks the surface of a cluster.
-  Point Sample(const Tree& tree, uint32_t node, double u, double v, double w) const;
+  // Index of a surface of the cluster, for w in [0, 1).
+  uint32_t Surface(const Tree& tree, uint32_t cluster, double w) const;
 
  private:
   std::vector<double> area_before_;  // of surfaces, in the hierarchy's order; one more at the end
 };
-
-// Uniform point of a triangle or quad.
-Vec3 SamplePolygon(const ConvexPolygon& polygon, double u, double v);
-
-// The share of the way to the centroid by which points of a polygon are drawn in, a quarter at
-// most, so that none is nearer to a side than twice the noise (RayScene::coordinate_noise_m).
-// Things stand along sides, and rays from points within the noise would pass through them.
-double InsideShare(const ConvexPolygon& polygon, const Vec3& centre, double noise_m);
-// The polygon drawn in by that share.
-ConvexPolygon DrawnIn(const ConvexPolygon& polygon, double noise_m);
 
 SampledVisibility SampleVisibility(const Tree& tree, const NodeSampler& sampler,
                                    const RayScene& rays, uint32_t p, uint32_t q, uint64_t seed);

@@ -119,6 +119,11 @@ void OccluderTree::Visit(const Touches& touches, const Leaf& leaf) const {
 }
 
 Verdict OccluderTree::Settle(const Shaft& shaft, std::vector<uint32_t>* candidates) const {
+  return SettleShort(shaft, set_->size(), candidates);
+}
+
+Verdict OccluderTree::SettleShort(const Shaft& shaft, size_t most,
+                                  std::vector<uint32_t>* candidates) const {
   candidates->clear();
   bool blocked = false;
   Visit([&](const Bounds3& box) { return shaft.MayTouch(box); },
@@ -126,7 +131,7 @@ Verdict OccluderTree::Settle(const Shaft& shaft, std::vector<uint32_t>* candidat
           const Verdict verdict = shaft.Classify(*set_, (*set_)[occluder]);
           if (verdict == Verdict::kPartial) candidates->push_back(occluder);
           blocked = verdict == Verdict::kBlocks;
-          return !blocked;
+          return !blocked && candidates->size() <= most;
         });
   if (blocked) return Verdict::kBlocks;
   std::sort(candidates->begin(), candidates->end());

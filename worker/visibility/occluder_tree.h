@@ -30,6 +30,10 @@ class OccluderTree {
                  std::vector<uint32_t>* candidates) const;
   Verdict Settle(const Shaft& shaft, std::vector<uint32_t>* candidates) const;
 
+  // The same, but gives up where more than `most` may block part of it: kPartial, and more than
+  // `most` candidates, in no order.
+  Verdict SettleShort(const Shaft& shaft, size_t most, std::vector<uint32_t>* candidates) const;
+
   // All that may block anything between two boxes, in order.
   std::vector<uint32_t> Candidates(const BoxShaft& shaft) const;
 

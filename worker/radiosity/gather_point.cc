@@ -1,0 +1,157 @@
+#include "worker/radiosity/gather_point.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "common/util/random.h"
+#include "worker/radiosity/matvec.h"
+#include "worker/radiosity/polygon_sampler.h"
+
+namespace isolux {
+namespace {
+
+constexpr float kMostRays = 64;  // from one point to one source
+
+// What eight sources bring, rounded to integers and summed: the sum of the integers does not depend
+// on which sources stand together.
+int64_t SumOfRounded(FloatLanes arriving) {
+  const __m256 v = reinterpret_cast<__m256>(arriving);
+  const Lanes low = reinterpret_cast<Lanes>(_mm256_cvtps_pd(_mm256_castps256_ps128(v)));
+  const Lanes high = reinterpret_cast<Lanes>(_mm256_cvtps_pd(_mm256_extractf128_ps(v, 1)));
+  const IntLanes sum = ToInteger(low) + ToInteger(high);
+  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
+// A shifted additive sequence: even over a polygon whatever the number of points ([Roberts18]).
+// Eight terms from `at` on, which is moved past them.
+constexpr double kStepU = 0.75487766624669276, kStepV = 0.56984029099805327;
+FloatLanes Sequence(double step, double& at) {
+  FloatLanes terms{};
+  for (int i = 0; i < 8; ++i) {
+    terms[i] = std::min(static_cast<float>(at), 1 - 0x1p-24F);
+    at += step;
+    if (at >= 1) at -= 1;
+  }
+  return terms;
+}
+
+int64_t Rounded(float arriving) { return ToInteger(Splat(static_cast<double>(arriving)))[0]; }
+
+}  // namespace
+
+void PointGather::Evaluate(const GatherPlace& place, std::span<SourceBlock* const> blocks,
+                           double rays_per_doubt) {
+  looks_.clear();
+  const auto place_seed = static_cast<uint32_t>(place.seed);
+  for (SourceBlock* block : blocks) {
+    AddBlock(*block, block->At(place.position), place_seed, static_cast<float>(rays_per_doubt),
+             place.sums);
+  }
+  for (int c = 0; c < 3; ++c) {
+    packet_.from[c] = SplatFloat(static_cast<float>(place.position[c]));
+  }
+  packet_.from_polygon.fill(own_polygon_);
+  for (uint32_t l = 0; l < looks_.size(); ++l) Aim(place, l);
+  Trace();
+  Correct(place);
+}
+
+void PointGather::AddBlock(SourceBlock& block, PlanePoint at, uint32_t place_seed,
+                           float rays_per_doubt, int64_t* sums) {
+  const UInt32Lanes seeds = UInt32Lanes{} + place_seed;
+  std::array<int64_t, 3> total = block.even();
+  const std::span<const SourceOctet> octets = block.octets();
+  for (size_t o = 0; o < octets.size(); ++o) {
+    const SourceOctet& octet = octets[o];
+    const FloatLanes factor = FormFactors(octet, at);
+    const FloatLanes seen = factor * octet.visibility;
+    for (int c = 0; c < 3; ++c) total[c] += SumOfRounded(seen * octet.radiosity[c]);
+    const FloatLanes least = Select(factor > 0.0F, octet.least_rays, FloatLanes{});
+    ListLooks(block, o, factor, Maximum(octet.rays * factor * rays_per_doubt, least), seeds);
+  }
+  for (const ClusterOctet& octet : block.clusters()) {
+    const FloatLanes factor = FormFactors(octet, at);
+    for (int c = 0; c < 3; ++c) total[c] += SumOfRounded(factor * octet.radiosity[c]);
+  }
+  for (int c = 0; c < 3; ++c) sums[c] += total[c];
+}
+
+// Wanted rays, rounded at random to whole ones.
+void PointGather::ListLooks(SourceBlock& block, size_t octet, FloatLanes factor, FloatLanes wanted,
+                            UInt32Lanes place_seed) {
+  const SourceOctet& sources = block.octets()[octet];
+  const FloatLanes rays = wanted + UnitFromHash(sources.seed ^ place_seed);
+  for (int chosen = Bits(rays >= 1.0F); chosen != 0; chosen &= chosen - 1) {
+    const int lane = std::countr_zero(static_cast<unsigned>(chosen));
+    looks_.push_back({&block.target(8 * octet + static_cast<size_t>(lane)), &sources, lane,
+                      static_cast<int>(std::min(kMostRays, rays[lane])), factor[lane]});
+  }
+}
+
+void PointGather::Aim(const GatherPlace& place, uint32_t l) {
+  RayTarget& target = *looks_[l].target;
+  if (!target.sampler) {
+    target.sampler.emplace(DrawnIn(target.polygon, rays_.coordinate_noise_m()));
+  }
+  Random random(Hash(target.seed, place.seed));
+  double u = random.Unit(), v = random.Unit();
+  for (int rays = looks_[l].rays; rays > 0; rays -= RayScene::kPacket) {
+    const FloatPoints to = target.sampler->At(Sequence(kStepU, u), Sequence(kStepV, v));
+    const FloatLanes weight = Kernel(place, to, target.normal);
+    for (int i = 0; i < std::min(rays, RayScene::kPacket); ++i) {
+      if (!(weight[i] > 0)) continue;
+      for (int c = 0; c < 3; ++c) packet_.to[c][count_] = to[c][i];
+      packet_.to_polygon[count_] = target.surface_polygon;
+      picks_[count_++] = {l, weight[i]};
+      if (count_ == RayScene::kPacket) Trace();
+    }
+  }
+}
+
+// Of the place and eight points of a polygon: cosθ cosθ' / d², 1/m².
+FloatLanes PointGather::Kernel(const GatherPlace& place, const FloatPoints& to,
+                               const Vec3& normal) const {
+  FloatLanes distance2{}, here{}, there{};
+  for (int c = 0; c < 3; ++c) {
+    const FloatLanes d = to[c] - static_cast<float>(place.position[c]);
+    distance2 += d * d;
+    here += static_cast<float>(normal_[c]) * d;
+    there -= static_cast<float>(normal[c]) * d;
+  }
+  return Maximum(here / distance2, FloatLanes{}) * Maximum(there / distance2, FloatLanes{});
+}
+
+void PointGather::Trace() {
+  if (count_ == 0) return;
+  packet_.valid = (1U << count_) - 1;
+  const uint32_t visible = rays_.Visible(packet_);
+  traced_ += static_cast<uint64_t>(count_);
+  for (int i = 0; i < count_; ++i) {
+    Look& look = looks_[picks_[i].look];
+    look.total += picks_[i].weight;
+    if ((visible >> i & 1) == 0) continue;
+    double relative = 1;
+    if (look.target->varying != kNoNode) {
+      const Vec3 to(packet_.to[0][i], packet_.to[1][i], packet_.to[2][i]);
+      relative = sources_.RelativeRadiosityAt(look.target->varying, to);
+    }
+    look.passed += picks_[i].weight * relative;
+  }
+  count_ = 0;
+}
+
+// Puts what rays saw in the place of the links' visibility.
+void PointGather::Correct(const GatherPlace& place) const {
+  for (const Look& look : looks_) {
+    if (!(look.total > 0)) continue;
+    const float before = look.factor * look.octet->visibility[look.lane];
+    const float now = look.factor * static_cast<float>(look.passed / look.total);
+    for (int c = 0; c < 3; ++c) {
+      const float radiosity = look.octet->radiosity[c][look.lane];
+      place.sums[c] += Rounded(now * radiosity) - Rounded(before * radiosity);
+    }
+  }
+}
+
+}  // namespace isolux

@@ -1,0 +1,74 @@
+// Irradiance at one point: the form factors of all its sources, rays to those in doubt, and the
+// sum. For gather.cc; one for each thread.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "worker/radiosity/gather_block.h"
+#include "worker/radiosity/gather_sources.h"
+#include "worker/radiosity/polygon_sampler.h"
+#include "worker/radiosity/ray_scene.h"
+
+namespace isolux {
+
+// Where irradiance is wanted.
+struct GatherPlace {
+  Vec3 position{0.0};
+  uint64_t seed = 0;
+  int64_t* sums = nullptr;  // three, one a channel
+};
+
+class PointGather {
+ public:
+  PointGather(const RayScene& rays, const SourceFinder& sources) : rays_(rays), sources_(sources) {}
+
+  // The surface that the next places lie on.
+  void SetSurface(const Vec3& normal, uint32_t polygon) {
+    normal_ = normal;
+    own_polygon_ = polygon;
+  }
+
+  // Adds to place.sums what all sources bring, in units of 1/scale W/m².
+  void Evaluate(const GatherPlace& place, std::span<SourceBlock* const> blocks,
+                double rays_per_doubt);
+
+  uint64_t traced() const { return traced_; }
+
+ private:
+  // A source at the point that rays go to.
+  struct Look {
+    RayTarget* target;
+    const SourceOctet* octet;
+    int lane, rays;
+    float factor;
+    double passed = 0, total = 0;  // weights of the rays
+  };
+  // A ray of a packet.
+  struct Pick {
+    uint32_t look;
+    double weight;  // of the kernel
+  };
+
+  void AddBlock(SourceBlock& block, PlanePoint at, uint32_t place_seed, float rays_per_doubt,
+                int64_t* sums);
+  void ListLooks(SourceBlock& block, size_t octet, FloatLanes factor, FloatLanes wanted,
+                 UInt32Lanes place_seed);
+  void Aim(const GatherPlace& place, uint32_t look);
+  FloatLanes Kernel(const GatherPlace& place, const FloatPoints& to, const Vec3& normal) const;
+  void Trace();
+  void Correct(const GatherPlace& place) const;
+
+  const RayScene& rays_;
+  const SourceFinder& sources_;
+  Vec3 normal_{0.0};
+  uint32_t own_polygon_ = 0;
+  std::vector<Look> looks_;
+  RayPacket packet_;
+  std::array<Pick, RayScene::kPacket> picks_;
+  int count_ = 0;
+  uint64_t traced_ = 0;
+};
+
+}  // namespace isolux
