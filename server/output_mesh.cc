@@ -7,6 +7,7 @@
 #include <span>
 
 #include "common/hierarchy/element.h"
+#include "server/output_maps.h"
 #include "server/weld.h"
 #include "server/weld_groups.h"
 
@@ -34,14 +35,7 @@ constexpr double kLargeLeaf = 1.0 / 12;  // longest side over the scene's extent
 // transport disagree too much for it to mean anything.
 constexpr double kLeastScale = 0.5, kLargestScale = 2;
 
-using Channels = std::array<float, 3>;
-
-// An output element with what was gathered at its corners.
-struct Element {
-  NodeId id;
-  uint32_t leaf = 0;  // place in the snapshot
-  std::array<Channels, 4> irradiance{};
-};
+using Element = OutputElement;
 
 // An element to be gathered: what interpolation over the one it is cut from says of its corners.
 struct Candidate {
@@ -53,34 +47,10 @@ struct Candidate {
 
 double Sum(const Channels& c) { return static_cast<double>(c[0]) + c[1] + c[2]; }
 
-Channels Mean(const Channels& a, const Channels& b) {
-  return {0.5F * (a[0] + b[0]), 0.5F * (a[1] + b[1]), 0.5F * (a[2] + b[2])};
-}
-
 double Difference(const Channels& a, const Channels& b) {
   double sum = 0;
   for (int c = 0; c < 3; ++c) sum += std::abs(static_cast<double>(a[c]) - b[c]);
   return sum;
-}
-
-// A polygon with a value at each corner, interpolated as it is cut.
-struct Field {
-  ConvexPolygon shape;
-  std::array<Channels, 4> value{};
-};
-
-std::array<Field, 2> Cut(const Field& field) {
-  const std::array<ConvexPolygon, 2> shapes = Subdivide(field.shape);
-  const int n = field.shape.count, i = LongestSide(field.shape);
-  const auto value = [&](int k) -> const Channels& { return field.value[(i + k) % n]; };
-  const Channels cut = Mean(value(0), value(1));
-  if (n == 3) {
-    return {Field{shapes[0], {value(0), cut, value(2)}},
-            Field{shapes[1], {cut, value(1), value(2)}}};
-  }
-  const Channels opposite = Mean(value(2), value(3));
-  return {Field{shapes[0], {value(0), cut, opposite, value(3)}},
-          Field{shapes[1], {cut, value(1), value(2), opposite}}};
 }
 
 // The waves: which elements there are, and what was gathered at their corners.
@@ -285,10 +255,10 @@ class Refinement {
   double mean_ = 0;
 };
 
-Channels Radiosity(const Surface& surface, const Channels& irradiance) {
+Channels Radiosity(const Optics& optics, const Channels& irradiance) {
   Channels result{};
   for (int c = 0; c < 3; ++c) {
-    result[c] = static_cast<float>(surface.exitance[c] + surface.reflectance[c] * irradiance[c]);
+    result[c] = static_cast<float>(optics.exitance[c] + optics.reflectance[c] * irradiance[c]);
   }
   return result;
 }
@@ -324,9 +294,13 @@ class Assembly {
       for (int k = 0; k < shape.count; ++k) {
         const uint32_t vertex = welder_.Vertex(shape.v[k], groups[surface]);
         corners_[e][k] = vertex;
-        if (vertex == sums_.size()) sums_.push_back({{}, 0, surface});
+        if (vertex == sums_.size()) sums_.push_back({{}, 0, surface, {}});
         for (int c = 0; c < 3; ++c) sums_[vertex].irradiance[c] += element.irradiance[k][c];
         ++sums_[vertex].count;
+        if (!hierarchy_.maps().Varies(hierarchy_.surfaces()[surface].polygon)) continue;
+        const Optics optics = hierarchy_.maps().AtCorner(hierarchy_.surfaces()[surface], shape, k);
+        sums_[vertex].optics.reflectance += optics.reflectance;
+        sums_[vertex].optics.exitance += optics.exitance;
       }
     }
   }
@@ -340,7 +314,7 @@ class Assembly {
       for (int c = 0; c < 3; ++c) {
         vertex.irradiance[c] = static_cast<float>(sums_[v].irradiance[c] / sums_[v].count);
       }
-      vertex.radiosity = Radiosity(hierarchy_.surfaces()[sums_[v].surface], vertex.irradiance);
+      vertex.radiosity = Radiosity(OpticsOf(sums_[v]), vertex.irradiance);
     }
   }
 
@@ -408,13 +382,15 @@ class Assembly {
     const uint32_t s = element.id.surface;
     const Surface& surface = hierarchy_.surfaces()[s];
     const int corners = hierarchy_.geometry(s).count;
+    const Optics optics =
+        hierarchy_.maps().Over(surface, ElementGeometry(hierarchy_.geometry(s), element.id.path));
     for (int c = 0; c < 3; ++c) {
       face->irradiance[c] =
           static_cast<float>(element.id == leaf.id ? leaf.irradiance[c]
                                                    : scale[c] * MeanOfCorners(element, corners, c));
-      face->emission[c] = static_cast<float>(surface.exitance[c]);
+      face->emission[c] = static_cast<float>(optics.exitance[c]);
     }
-    face->radiosity = Radiosity(surface, face->irradiance);
+    face->radiosity = Radiosity(optics, face->irradiance);
     face->error = leaf.error;
     face->polygon = hierarchy_.scene().polygons[surface.polygon].file_polygon;
     face->surface = s;
@@ -426,7 +402,19 @@ class Assembly {
     std::array<double, 3> irradiance{};
     uint32_t count = 0;
     uint32_t surface = 0;  // the first; all of a group reflect and emit alike
+    Optics optics;         // sums over the elements, where a map varies them
   };
+
+  Optics OpticsOf(const VertexSum& sum) const {
+    const Surface& surface = hierarchy_.surfaces()[sum.surface];
+    Optics optics;
+    const bool varies = hierarchy_.maps().Varies(surface.polygon);
+    optics.reflectance =
+        varies ? sum.optics.reflectance / static_cast<double>(sum.count) : surface.reflectance;
+    optics.exitance =
+        varies ? sum.optics.exitance / static_cast<double>(sum.count) : surface.exitance;
+    return optics;
+  }
 
   const Hierarchy& hierarchy_;
   const std::vector<LeafRecord>& leaves_;
@@ -444,6 +432,7 @@ Result<PatchFile> BuildOutputMesh(const Hierarchy& hierarchy, const Snapshot& sn
   std::iota(all.begin(), all.end(), 0);
   ASSIGN_OR_RETURN(std::vector<Element> elements,
                    Refinement(hierarchy, snapshot, options, gather).Run(all));
+  DivideByMaps(hierarchy, options.max_elements, &elements);
   return Assembly(hierarchy, snapshot, std::move(elements)).Run();
 }
 

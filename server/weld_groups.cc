@@ -86,20 +86,20 @@ class GroupFinder {
   }
 
  private:
-  // By plane, side, material and what they do with light.
+  // By plane, side, material, texture coordinates and what they do with light.
   void FindAlike() {
     const std::span<const Surface> surfaces = hierarchy_.surfaces();
     std::map<uint32_t, Vec3> normals;  // of a plane: that of its first surface
-    std::map<std::tuple<uint32_t, bool, uint32_t, bool, bool>, uint32_t> numbers;
+    std::map<std::tuple<uint32_t, bool, uint32_t, uint32_t, bool, bool>, uint32_t> numbers;
     alike_.resize(surfaces.size());
     for (uint32_t s = 0; s < surfaces.size(); ++s) {
       const uint32_t plane = hierarchy_.plane_of(surfaces[s].polygon);
       const Vec3 normal = hierarchy_.geometry(s).AreaVector();
       const Vec3& reference = normals.try_emplace(plane, normal).first->second;
-      const uint32_t material = hierarchy_.scene().polygons[surfaces[s].polygon].material;
-      const auto key =
-          std::make_tuple(plane, glm::dot(normal, reference) > 0, material,
-                          surfaces[s].exitance != Rgb(0.0), surfaces[s].reflectance != Rgb(0.0));
+      const Polygon& polygon = hierarchy_.scene().polygons[surfaces[s].polygon];
+      const auto key = std::make_tuple(plane, glm::dot(normal, reference) > 0, polygon.material,
+                                       polygon.coordinates, surfaces[s].exitance != Rgb(0.0),
+                                       surfaces[s].reflectance != Rgb(0.0));
       const auto next = static_cast<uint32_t>(numbers.size());
       alike_[s] = numbers.try_emplace(key, next).first->second;
     }

@@ -176,12 +176,12 @@ LeafSystem Shard::Impl::MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lan
                                        std::vector<uint32_t>* old_leaf) const {
   LeafSystem leaves;
   for (const uint32_t node : nodes.leaves) {
-    const Surface& surface = tree.surface_of(node);
+    const Optics optics = hierarchy.maps().Over(tree.surface_of(node), tree.polygon(node));
     const LeafRecord& record = RecordAbove(node);
     const auto lanes = [](const auto& v) { return Lanes{v[0], v[1], v[2], 0}; };
     leaves.area_m2.push_back(tree.area_m2(node));
-    leaves.reflectance.push_back(lanes(surface.reflectance));
-    leaves.exitance.push_back(lanes(surface.exitance));
+    leaves.reflectance.push_back(lanes(optics.reflectance));
+    leaves.exitance.push_back(lanes(optics.exitance));
     // Anew every round: of many factors that close the rows those nearest to 1 are right, and rows
     // of the first rounds lead far from them.
     leaves.closure.push_back(1.0);

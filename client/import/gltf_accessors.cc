@@ -220,6 +220,15 @@ Result<std::vector<Vec3>> ReadPoints(const GltfDocument& document, int accessor,
   return points;
 }
 
+Result<std::vector<glm::dvec2>> ReadCoordinates(const GltfDocument& document, int accessor,
+                                                uint64_t most) {
+  AccessorReader reader(document, accessor);
+  ASSIGN_OR_RETURN(const std::vector<double> numbers, reader.Read(TINYGLTF_TYPE_VEC2, most));
+  std::vector<glm::dvec2> points(numbers.size() / 2);
+  for (size_t i = 0; i < points.size(); ++i) points[i] = {numbers[2 * i], numbers[2 * i + 1]};
+  return points;
+}
+
 Result<std::vector<uint32_t>> ReadIndices(const GltfDocument& document, int accessor,
                                           uint64_t most) {
   AccessorReader reader(document, accessor);

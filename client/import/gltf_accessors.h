@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/vec2.hpp>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,6 +19,11 @@ Result<std::span<const uint8_t>> BytesOfView(const GltfDocument& document, int v
 // Points (VEC3 of floats or, with KHR_mesh_quantization, of integers), all finite. More than `most`
 // are refused before memory is taken.
 Result<std::vector<Vec3>> ReadPoints(const GltfDocument& document, int accessor, uint64_t most);
+
+// Texture coordinates (VEC2 of floats or normalised integers). More than `most` are refused before
+// memory is taken.
+Result<std::vector<glm::dvec2>> ReadCoordinates(const GltfDocument& document, int accessor,
+                                                uint64_t most);
 
 // Indices (unsigned SCALAR) of a primitive. More than `most` are refused before memory is taken.
 Result<std::vector<uint32_t>> ReadIndices(const GltfDocument& document, int accessor,

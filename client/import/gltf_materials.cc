@@ -43,7 +43,9 @@ class MaterialReader {
   Result<Rgb> Colour(const Value& object, const char* key, Rgb missing) const;
   Result<Rgb> Colour(const std::vector<double>& numbers, const char* key, Rgb missing) const;
   // Empty for a texture of number −1.
-  Result<FileMap> MapOf(int texture, const char* key);
+  Result<FileMap> MapOf(const tinygltf::TextureInfo& info, const char* key);
+  Status ReadTransform(const Value& extension, FileMap* map) const;
+  void ReadWrap(int sampler, FileMap* map) const;
   Status KeepImage(size_t image);
 
   internal::Failure Fail(const char* key, const char* what) const {
@@ -103,36 +105,80 @@ Status MaterialReader::KeepImage(size_t image) {
   return {};
 }
 
-Result<FileMap> MaterialReader::MapOf(int texture, const char* key) {
-  if (texture < 0) return FileMap{};
+// KHR_texture_transform: scaled, then turned, then moved.
+Status MaterialReader::ReadTransform(const Value& extension, FileMap* map) const {
+  const auto pair = [&](const char* key, double missing, std::array<double, 2>* numbers) {
+    *numbers = {missing, missing};
+    if (!extension.Has(key)) return true;
+    const Value& value = extension.Get(key);
+    for (int i = 0; i < 2; ++i) {
+      if (value.ArrayLen() != 2 || !value.Get(i).IsNumber()) return false;
+      (*numbers)[i] = value.Get(i).GetNumberAsDouble();
+    }
+    return true;
+  };
+  std::array<double, 2> offset, scale;
+  double angle = 0;
+  if (extension.Has("rotation")) angle = extension.Get("rotation").GetNumberAsDouble();
+  if (!pair("offset", 0, &offset) || !pair("scale", 1, &scale) || !std::isfinite(angle)) {
+    return Fail("KHR_texture_transform", "has an offset, scale or rotation that is none");
+  }
+  if (extension.Has("texCoord")) map->set = extension.Get("texCoord").GetNumberAsInt();
+  const double c = std::cos(angle), s = std::sin(angle);
+  map->transform = {c * scale[0], s * scale[1], offset[0], -s * scale[0], c * scale[1], offset[1]};
+  return {};
+}
+
+void MaterialReader::ReadWrap(int sampler, FileMap* map) const {
+  const auto& samplers = document_.model.samplers;
+  if (sampler < 0 || static_cast<size_t>(sampler) >= samplers.size()) return;
+  const auto wrap = [](int mode) {
+    return mode == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE     ? Wrap::kClamp
+           : mode == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT ? Wrap::kMirror
+                                                           : Wrap::kRepeat;
+  };
+  map->wrap_u = wrap(samplers[sampler].wrapS);
+  map->wrap_v = wrap(samplers[sampler].wrapT);
+}
+
+Result<FileMap> MaterialReader::MapOf(const tinygltf::TextureInfo& info, const char* key) {
+  FileMap map;
+  if (info.index < 0) return map;
   const tinygltf::Model& model = document_.model;
-  if (static_cast<size_t>(texture) >= model.textures.size()) {
+  if (static_cast<size_t>(info.index) >= model.textures.size()) {
     return Fail(key, "names a texture that is not there; is the file whole?");
   }
-  const int source = model.textures[texture].source;
-  if (source < 0) {  // its image is in a format of an extension
-    return FileMap{fmt::format("textures[{}]", texture), "",
-                   static_cast<uint32_t>(model.images.size())};
+  const tinygltf::Texture& texture = model.textures[info.index];
+  map.set = info.texCoord;
+  ReadWrap(texture.sampler, &map);
+  const auto transform = info.extensions.find("KHR_texture_transform");
+  if (transform != info.extensions.end()) RETURN_IF_ERROR(ReadTransform(transform->second, &map));
+  if (texture.source < 0) {  // its image is in a format of an extension
+    map.name = fmt::format("textures[{}]", info.index);
+    map.embedded = static_cast<uint32_t>(model.images.size());
+    return map;
   }
-  if (static_cast<size_t>(source) >= model.images.size()) {
+  if (static_cast<size_t>(texture.source) >= model.images.size()) {
     return Fail(key, "names an image that is not there; is the file whole?");
   }
-  RETURN_IF_ERROR(KeepImage(source));
-  return FileMap{fmt::format("images[{}]", source), "", static_cast<uint32_t>(source)};
+  RETURN_IF_ERROR(KeepImage(texture.source));
+  map.name = fmt::format("images[{}]", texture.source);
+  map.embedded = static_cast<uint32_t>(texture.source);
+  return map;
 }
 
 Status MaterialReader::ReadMetallicRoughness() {
   const tinygltf::PbrMetallicRoughness& pbr = from_.pbrMetallicRoughness;
   ASSIGN_OR_RETURN(to_.diffuse, Colour(pbr.baseColorFactor, "baseColorFactor", Rgb(1.0)));
   if (pbr.baseColorFactor.size() > 3) alpha_ = pbr.baseColorFactor[3];
-  ASSIGN_OR_RETURN(to_.diffuse_map, MapOf(pbr.baseColorTexture.index, "baseColorTexture"));
+  ASSIGN_OR_RETURN(to_.diffuse_map, MapOf(pbr.baseColorTexture, "baseColorTexture"));
   if (!(pbr.metallicFactor >= 0 && pbr.metallicFactor <= 1)) {
     return Fail("metallicFactor", "is outside [0, 1]; correct it");
   }
   to_.metallic = pbr.metallicFactor;
   if (to_.metallic > 0) {
     ASSIGN_OR_RETURN(to_.metallic_map,
-                     MapOf(pbr.metallicRoughnessTexture.index, "metallicRoughnessTexture"));
+                     MapOf(pbr.metallicRoughnessTexture, "metallicRoughnessTexture"));
   }
   to_.mirror = to_.metallic > 0 && pbr.roughnessFactor <= kMirrorRoughness;
   to_.glossy = !to_.mirror && (to_.metallic > 0 || pbr.roughnessFactor <= kGlossyRoughness);
@@ -141,13 +187,18 @@ Status MaterialReader::ReadMetallicRoughness() {
 
 Status MaterialReader::ReadSpecularGlossiness(const Value& extension) {
   ASSIGN_OR_RETURN(to_.diffuse, Colour(extension, "diffuseFactor", Rgb(1.0)));
-  int texture = -1;
+  tinygltf::TextureInfo texture;
   if (extension.Has("diffuseTexture")) {
     const Value& info = extension.Get("diffuseTexture");
     if (!info.Has("index") || !info.Get("index").IsInt()) {
       return Fail("diffuseTexture", "has no index; correct it");
     }
-    texture = info.Get("index").GetNumberAsInt();
+    texture.index = info.Get("index").GetNumberAsInt();
+    if (info.Has("texCoord")) texture.texCoord = info.Get("texCoord").GetNumberAsInt();
+    if (info.Has("extensions") && info.Get("extensions").Has("KHR_texture_transform")) {
+      texture.extensions["KHR_texture_transform"] =
+          info.Get("extensions").Get("KHR_texture_transform");
+    }
   }
   ASSIGN_OR_RETURN(to_.diffuse_map, MapOf(texture, "diffuseTexture"));
   ASSIGN_OR_RETURN(const Rgb specular, Colour(extension, "specularFactor", Rgb(1.0)));
@@ -167,7 +218,7 @@ Status MaterialReader::ReadEmission() {
     to_.radiance *= strength;
     if (!std::isfinite(Sum(to_.radiance))) return Fail("emissiveStrength", kNoNumber);
   }
-  ASSIGN_OR_RETURN(to_.emission_map, MapOf(from_.emissiveTexture.index, "emissiveTexture"));
+  ASSIGN_OR_RETURN(to_.emission_map, MapOf(from_.emissiveTexture, "emissiveTexture"));
   return {};
 }
 

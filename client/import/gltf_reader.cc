@@ -32,6 +32,8 @@ class Reader {
   Status AddTriangle(const std::array<uint32_t, 3>& corners, const glm::dmat4& to_scene);
   // Makes them current_.
   Status ReadPointsOf(const tinygltf::Primitive& primitive, const std::string& where);
+  // Makes current_coordinates_ those of the primitive, where its material has a map.
+  Status ReadCoordinatesOf(const tinygltf::Primitive& primitive);
   Result<std::vector<uint32_t>> IndicesOf(const tinygltf::Primitive& primitive) const;
 
   GltfDocument document_;
@@ -41,6 +43,9 @@ class Reader {
   uint64_t point_count_ = 0;      // in points_
   uint64_t triangle_count_ = 0;   // degenerate ones included
   Points* current_ = nullptr;
+  // Of coordinates by accessor, where they begin in SceneFile::coordinates, and their number.
+  std::map<int, std::pair<uint32_t, uint32_t>> coordinates_;
+  std::pair<uint32_t, uint32_t> current_coordinates_;  // none: a number of 0
   uint32_t node_ = 0;
   FileFace face_;  // what the faces of the current primitive have in common
 };
@@ -59,6 +64,27 @@ Status Reader::ReadPointsOf(const tinygltf::Primitive& primitive, const std::str
   point_count_ += current_->values.size();
   current_->number.resize(current_->values.size());
   current_->node.assign(current_->values.size(), 0);
+  return {};
+}
+
+Status Reader::ReadCoordinatesOf(const tinygltf::Primitive& primitive) {
+  current_coordinates_ = {0, 0};
+  if (primitive.material < 0) return {};
+  const FileMaterial& material = file_.materials[primitive.material];
+  if (material.diffuse_map.name.empty() && material.emission_map.name.empty()) return {};
+  const auto attribute =
+      primitive.attributes.find(fmt::format("TEXCOORD_{}", material.coordinate_set()));
+  if (attribute == primitive.attributes.end()) return {};
+  const auto [at, is_new] = coordinates_.try_emplace(attribute->second);
+  if (is_new) {
+    ASSIGN_OR_RETURN(
+        const std::vector<glm::dvec2> values,
+        ReadCoordinates(document_, attribute->second, limits_.vertices - file_.coordinates.size()));
+    at->second = {static_cast<uint32_t>(file_.coordinates.size()),
+                  static_cast<uint32_t>(values.size())};
+    file_.coordinates.insert(file_.coordinates.end(), values.begin(), values.end());
+  }
+  current_coordinates_ = at->second;
   return {};
 }
 
@@ -99,6 +125,8 @@ Status Reader::AddTriangle(const std::array<uint32_t, 3>& corners, const glm::dm
       file_.points.emplace_back(to_scene * glm::dvec4(current_->values[index], 1));
     }
     file_.corners.push_back(current_->number[index]);
+    const auto [first, count] = current_coordinates_;
+    file_.corner_coordinates.push_back(index < count ? first + index : kNoCoordinates);
   }
   file_.faces.push_back(face);
   return {};
@@ -124,6 +152,7 @@ Status Reader::AddPrimitive(const tinygltf::Primitive& primitive, const GltfInst
     file_.animated.push_back(fmt::format("{}: {}", document_.path, where));
   }
   RETURN_IF_ERROR(ReadPointsOf(primitive, where));
+  RETURN_IF_ERROR(ReadCoordinatesOf(primitive));
   ASSIGN_OR_RETURN(const std::vector<uint32_t> indices, IndicesOf(primitive));
   face_.place = static_cast<uint32_t>(file_.parts.size());
   face_.material = primitive.material < 0 ? kNoMaterial : static_cast<uint32_t>(primitive.material);

@@ -66,7 +66,10 @@ bool IsFlat(const ConvexPolygon& quad, const Vec3& normal) {
 std::optional<Pair> Join(const Scene& scene, const Edge& a, const Edge& b) {
   const Polygon& first = scene.polygons[a.triangle];
   const Polygon& second = scene.polygons[b.triangle];
-  if (first.material != second.material || first.sides != second.sides) return std::nullopt;
+  if (first.material != second.material || first.sides != second.sides ||
+      first.coordinates != second.coordinates) {
+    return std::nullopt;
+  }
   // From the corner off the edge: apex, start of the edge, apex of the other, end of the edge.
   const uint32_t start = first.vertices[(a.opposite + 1) % 3];
   const uint32_t end = first.vertices[(a.opposite + 2) % 3];
@@ -157,7 +160,7 @@ RegionMerge MergeRegions(Scene* scene, std::vector<uint32_t>* plane_of) {
   std::vector<Loop> loops;
   std::vector<Vec3> normals;
   std::vector<uint64_t> key;
-  std::map<std::tuple<uint32_t, uint32_t, uint8_t>, uint64_t> numbers;
+  std::map<std::tuple<uint32_t, uint32_t, uint8_t, uint32_t>, uint64_t> numbers;
   double straight = kStraightOfExtent * ExtentOf(*scene);
   for (uint32_t p = 0; p < scene->polygons.size(); ++p) {
     const Polygon& polygon = scene->polygons[p];
@@ -165,7 +168,9 @@ RegionMerge MergeRegions(Scene* scene, std::vector<uint32_t>* plane_of) {
     normals.push_back(SideGeometry(*scene, p, Side::kFront).Normal());
     // Of two orientations in one plane no edge runs both ways, so they need no keys of their own.
     key.push_back(
-        numbers.try_emplace({(*plane_of)[p], polygon.material, polygon.sides}, numbers.size())
+        numbers
+            .try_emplace({(*plane_of)[p], polygon.material, polygon.sides, polygon.coordinates},
+                         numbers.size())
             .first->second);
   }
   RegionMerge merge;

@@ -85,6 +85,18 @@ bool IsGlass(const tinyobj::material_t& m) {
   return filter && (!all || m.illum == 4 || m.illum == 6 || m.illum == 7 || m.illum == 9);
 }
 
+// -s scales and -o moves texture coordinates, whose v goes upwards here.
+FileMap MapOf(const std::string& name, const tinyobj::texture_option_t& option,
+              const std::string& path) {
+  FileMap map;
+  map.name = Trim(name);
+  map.folder = FolderOf(path);
+  const auto &scale = option.scale, &move = option.origin_offset;
+  map.transform = {scale[0], 0, move[0], 0, scale[1], 1 - scale[1] - move[1]};
+  if (option.clamp) map.wrap_u = map.wrap_v = Wrap::kClamp;
+  return map;
+}
+
 }  // namespace
 
 Result<std::vector<FileMaterial>> ReadMtl(const std::string& path) {
@@ -106,8 +118,8 @@ Result<std::vector<FileMaterial>> ParseMtl(std::string bytes, const std::string&
     FileMaterial material;
     material.name = Trim(from.name);
     material.where = fmt::format("{}:{}", path, scanned[i].line);
-    material.diffuse_map = {std::string(Trim(from.diffuse_texname)), FolderOf(path)};
-    material.emission_map = {std::string(Trim(from.emissive_texname)), FolderOf(path)};
+    material.diffuse_map = MapOf(from.diffuse_texname, from.diffuse_texopt, path);
+    material.emission_map = MapOf(from.emissive_texname, from.emissive_texopt, path);
     material.diffuse = scanned[i].kd.value_or(Rgb(material.diffuse_map.name.empty() ? 0.0 : 1.0));
     material.radiance = scanned[i].ke.value_or(Rgb(material.emission_map.name.empty() ? 0.0 : 1.0));
     material.opacity_map = !from.alpha_texname.empty();

@@ -47,6 +47,8 @@ class Reader {
 
   void AddPoint();
   void AddFace(const tinyobj::index_t* indices, int count);
+  // Of the corner just added; `index` as in the file, 0 for none.
+  void AddCoordinates(int64_t index);
   void UseMaterial(const char* name);
   void AddLibraries();
   void AddLibrary(const std::string& name);
@@ -176,8 +178,16 @@ void Reader::AddFace(const tinyobj::index_t* indices, int count) {
                   words[i], points);
     }
     file_.corners.push_back(static_cast<uint32_t>(number));
+    AddCoordinates(indices[i].texcoord_index);
   }
   file_.faces.push_back(face);
+}
+
+void Reader::AddCoordinates(int64_t index) {
+  const auto count = static_cast<int64_t>(file_.coordinates.size());
+  const int64_t number = index < 0 ? count + index : index - 1;
+  const bool known = index != 0 && number >= 0 && number < count;
+  file_.corner_coordinates.push_back(known ? static_cast<uint32_t>(number) : kNoCoordinates);
 }
 
 void Reader::UseMaterial(const char* name) {
@@ -248,6 +258,11 @@ Result<SceneFile> Reader::Read() {
   tinyobj::callback_t callbacks;
   callbacks.vertex_cb = [](void* self, tinyobj::real_t, tinyobj::real_t, tinyobj::real_t,
                            tinyobj::real_t) { static_cast<Reader*>(self)->AddPoint(); };
+  callbacks.texcoord_cb = [](void* self, tinyobj::real_t u, tinyobj::real_t v, tinyobj::real_t) {
+    SceneFile& file = static_cast<Reader*>(self)->file_;
+    const uint64_t most = static_cast<Reader*>(self)->limits_.vertices;
+    if (file.coordinates.size() < most) file.coordinates.emplace_back(u, 1 - v);
+  };
   callbacks.index_cb = [](void* self, tinyobj::index_t* indices, int count) {
     static_cast<Reader*>(self)->AddFace(indices, count);
   };

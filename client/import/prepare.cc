@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "client/import/contacts.h"
+#include "client/import/coordinates.h"
 #include "client/import/covered.h"
 #include "client/import/merge.h"
 #include "client/import/t_junctions.h"
@@ -48,6 +49,7 @@ class Preparer {
   // The plane of each polygon that is left.
   std::vector<uint32_t> Merge() {
     std::vector<uint32_t> plane_of = FindPlanes(scene_);
+    UnifyCoordinates(&scene_, plane_of);
     const RegionMerge regions = MergeRegions(&scene_, &plane_of);
     Note(Repair::kRegion, regions.gone, regions.first_polygon);
     Note(Repair::kMerged, MergeTrianglePairs(&scene_, &plane_of), 0);

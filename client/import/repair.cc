@@ -5,6 +5,7 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "client/import/coordinates.h"
 #include "client/import/prepare.h"
 #include "client/import/weld_points.h"
 #include "common/scene/triangulate.h"
@@ -62,6 +63,8 @@ RepairText Describe(Repair kind) {
       return {"materials defined again, the first kept", true};
     case Repair::kMap:
       return {"reflectance maps replaced by their mean", false};
+    case Repair::kCoordinates:
+      return {"faces without usable texture coordinates: the mean of the map counts", false};
     case Repair::kNoMap:
       return {"maps missing or unreadable, ignored", true};
     case Repair::kEmissionMap:
@@ -119,6 +122,7 @@ class Builder {
   bool IsNew(uint32_t f, const std::vector<uint32_t>& corners);
   void Shape(uint32_t f);
   void Emit(uint32_t f, std::span<const uint32_t> corners);
+  bool SetCoordinates(uint32_t f, std::span<const uint32_t> corners, Polygon* polygon);
 
   uint8_t SidesOf(uint32_t material) const;
   ConvexPolygon Corners(std::span<const uint32_t> ids) const;
@@ -356,7 +360,39 @@ void Builder::Emit(uint32_t f, std::span<const uint32_t> corners) {
   polygon.material = faces_[f].material;
   polygon.file_polygon = f;
   polygon.sides = faces_[f].sides;
+  if (!SetCoordinates(f, corners, &polygon)) {
+    if (corners.size() == 4) {  // the map bends along a diagonal
+      Emit(f, std::array{corners[0], corners[1], corners[2]});
+      return Emit(f, std::array{corners[0], corners[2], corners[3]});
+    }
+    Note(Repair::kCoordinates, f);
+  }
   scene_.polygons.push_back(polygon);
+}
+
+// False where the material has maps, and the polygon no coordinates for them.
+bool Builder::SetCoordinates(uint32_t f, std::span<const uint32_t> corners, Polygon* polygon) {
+  const Material& material = scene_.materials[polygon->material];
+  if (material.reflectance_map.texture == kNoTexture &&
+      material.exitance_map.texture == kNoTexture) {
+    return true;
+  }
+  const FileFace& from = file_.faces[f];
+  std::array<glm::dvec2, 4> texture;
+  for (size_t k = 0; k < corners.size(); ++k) {
+    uint32_t i = 0;
+    while (i < from.count && welded_[file_.corners[from.first + i]] != corners[k]) ++i;
+    const uint32_t number =
+        i < from.count ? file_.corner_coordinates[from.first + i] : kNoCoordinates;
+    if (number == kNoCoordinates) return false;
+    texture[k] = file_.coordinates[number];
+  }
+  const ConvexPolygon shape = Corners(corners);
+  const auto fit = FitCoordinates(shape, std::span(texture).first(corners.size()));
+  if (!fit || !IsUsable(shape, *fit, material)) return false;
+  polygon->coordinates = static_cast<uint32_t>(scene_.coordinates.size());
+  scene_.coordinates.push_back(*fit);
+  return true;
 }
 
 }  // namespace

@@ -34,6 +34,7 @@ enum class Repair {
   kNoLibrary,
   kRepeatedMaterial,
   kMap,
+  kCoordinates,
   kNoMap,
   kEmissionMap,
   kOpacityMap,

@@ -2,7 +2,9 @@
 // the file's unit, before anything is mended.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <glm/vec2.hpp>
 #include <string>
 #include <vector>
 
@@ -18,6 +20,10 @@ struct FileMap {
   std::string name;              // as messages show it; empty where there is no map
   std::string folder;            // where the file `name` is looked for
   uint32_t embedded = kNoImage;  // in SceneFile::images, which then holds the encoded image
+  // From the file's texture coordinates (u, v, 1) to those of the image.
+  std::array<double, 6> transform{1, 0, 0, 0, 1, 0};
+  Wrap wrap_u = Wrap::kRepeat, wrap_v = Wrap::kRepeat;
+  int set = 0;  // which of the file's sets of texture coordinates
 };
 
 struct FileMaterial {
@@ -30,6 +36,9 @@ struct FileMaterial {
   // blue channel (linear) where there is one.
   double metallic = 0;
   FileMap metallic_map;
+  int coordinate_set() const {
+    return diffuse_map.name.empty() ? emission_map.set : diffuse_map.set;
+  }
   bool double_sided = false;  // both sides reflect, and emit where the material does
   bool opacity_map = false;
   bool mirror = false;
@@ -49,7 +58,12 @@ struct SceneFile {
   std::string path;
   std::vector<Vec3> points;
   std::vector<uint32_t> corners;  // numbers of points, from 0
-  std::vector<FileFace> faces;    // in file order: a face's number is its place
+  // Texture coordinates, v downwards; `corner_coordinates` has one for each corner, or
+  // kNoCoordinates.
+  // Of a glTF material they are of the set of its diffuse map, else of its emission map.
+  std::vector<glm::dvec2> coordinates;
+  std::vector<uint32_t> corner_coordinates;
+  std::vector<FileFace> faces;  // in file order: a face's number is its place
   std::vector<FileMaterial> materials;
   std::vector<std::string> images;  // encoded (PNG, JPEG, …), of formats that hold them
   std::vector<std::string> parts;  // "nodes[3] 'lamp', meshes[1].primitives[0]"; none of text files

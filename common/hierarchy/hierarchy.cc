@@ -109,7 +109,8 @@ bool IsConvex(const Scene& scene, std::span<const ConvexPolygon> surfaces, doubl
 
 }  // namespace
 
-Hierarchy::Hierarchy(const Scene& scene) : scene_(&scene), surfaces_(MakeSurfaces(scene)) {
+Hierarchy::Hierarchy(const Scene& scene)
+    : scene_(&scene), maps_(scene), surfaces_(MakeSurfaces(scene)) {
   OctreeBuilder octree(scene, &clusters_);
   const double extent = ExtentOf(scene);
   geometry_.reserve(surfaces_.size());

@@ -10,6 +10,7 @@
 
 #include "common/hierarchy/node_id.h"
 #include "common/scene/scene.h"
+#include "common/scene/surface_maps.h"
 
 namespace isolux {
 
@@ -41,6 +42,8 @@ class Hierarchy {
   uint32_t cluster_of(uint32_t surface) const { return cluster_of_[surface]; }
 
   const ConvexPolygon& geometry(uint32_t surface) const { return geometry_[surface]; }
+  // Reflectance and exitance over parts of surfaces.
+  const SurfaceMaps& maps() const { return maps_; }
   double surface_area_m2(uint32_t surface) const { return area_m2_[surface]; }
   // Polygons with the same number lie in one plane (either orientation): no light passes between
   // them.
@@ -52,6 +55,7 @@ class Hierarchy {
 
  private:
   const Scene* scene_;
+  SurfaceMaps maps_;
   std::vector<Surface> surfaces_;
   std::vector<ConvexPolygon> geometry_;
   std::vector<double> area_m2_;

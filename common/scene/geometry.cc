@@ -1,4 +1,5 @@
 #include "common/scene/scene.h"
+#include "common/scene/surface_maps.h"
 
 namespace isolux {
 
@@ -45,6 +46,13 @@ std::vector<Surface> MakeSurfaces(const Scene& scene) {
     };
     add(Side::kFront, kFrontTakesPart, kFrontEmits);
     add(Side::kBack, kBackTakesPart, kBackEmits);
+  }
+  if (scene.textures.empty()) return surfaces;
+  const SurfaceMaps maps(scene);
+  for (Surface& surface : surfaces) {
+    const Optics optics = maps.Over(surface, SideGeometry(scene, surface.polygon, Side::kFront));
+    surface.reflectance = optics.reflectance;
+    surface.exitance = optics.exitance;
   }
   return surfaces;
 }

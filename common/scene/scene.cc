@@ -13,7 +13,9 @@ namespace {
 constexpr uint64_t kMagic = 0x314e435358554c49ULL;  // "ILUXSCN1"
 constexpr uint64_t kVertexBytes = 3 * 8;
 constexpr uint64_t kPolygonBytes = 6 * 4 + 1;
-constexpr uint64_t kMaterialBytes = 4 + 6 * 8;  // without the name
+constexpr uint64_t kMaterialBytes = 4 + 6 * 8;   // without the name
+constexpr uint64_t kMapBytes = 2 * (4 + 6 * 8);  // of a material
+constexpr uint64_t kCoordinatesBytes = 8 * 8;
 constexpr uint32_t kLongestName = 1024;
 constexpr uint8_t kAllSides =
     kFrontTakesPart | kBackTakesPart | kFrontEmits | kBackEmits | kFrontCovered | kBackCovered;
@@ -57,6 +59,47 @@ Status CheckIndices(const Polygon& polygon, uint64_t vertices, uint64_t material
   if ((polygon.sides & ~kAllSides) != 0) {
     return MakeStatus(StatusCode::kInvalidArgument, "polygon {}: unknown side flags {:#x}",
                       polygon.file_polygon, polygon.sides);
+  }
+  return {};
+}
+
+// Textures, what materials and polygons have of them, and that no texel reflects all or more.
+Status CheckMaps(const Scene& scene) {
+  for (size_t t = 0; t < scene.textures.size(); ++t) {
+    const Status status = CheckTexture(scene.textures[t]);
+    if (!status.ok()) return status.Within(fmt::format("texture {}", t));
+  }
+  const auto finite = [](const auto& numbers) {
+    return std::all_of(numbers.begin(), numbers.end(), [](double n) { return std::abs(n) < 1e15; });
+  };
+  for (const Material& material : scene.materials) {
+    for (const TextureUse* use : {&material.reflectance_map, &material.exitance_map}) {
+      if (use->texture != kNoTexture && use->texture >= scene.textures.size()) {
+        return MakeStatus(StatusCode::kInvalidArgument, "material '{}': no texture {}",
+                          material.name, use->texture);
+      }
+      if (!finite(use->transform)) {
+        return MakeStatus(StatusCode::kInvalidArgument,
+                          "material '{}': its texture transform is out of range", material.name);
+      }
+    }
+    const uint32_t map = material.reflectance_map.texture;
+    if (map == kNoTexture) continue;
+    const Rgb most = material.reflectance * LargestTexel(scene.textures[map]);
+    if (std::max({most.x, most.y, most.z}) < 1) continue;
+    return MakeStatus(StatusCode::kInvalidArgument,
+                      "material '{}': its map reaches a reflectance of 1; lower Kd", material.name);
+  }
+  for (const Polygon& polygon : scene.polygons) {
+    if (polygon.coordinates == kNoCoordinates) continue;
+    if (polygon.coordinates >= scene.coordinates.size()) {
+      return MakeStatus(StatusCode::kInvalidArgument, "polygon {}: no texture coordinates {}",
+                        polygon.file_polygon, polygon.coordinates);
+    }
+  }
+  for (const TextureCoordinates& c : scene.coordinates) {
+    if (finite(c.u) && finite(c.v)) continue;
+    return MakeStatus(StatusCode::kInvalidArgument, "texture coordinates out of range");
   }
   return {};
 }
@@ -114,6 +157,70 @@ Polygon GetPolygon(ByteReader& in) {
   polygon.file_polygon = in.Get<uint32_t>();
   polygon.sides = in.Get<uint8_t>();
   return polygon;
+}
+
+// Behind all else, and only where a scene has maps.
+void PutMaps(ByteWriter& out, const Scene& scene) {
+  out.Put(static_cast<uint64_t>(scene.textures.size()));
+  out.Put(static_cast<uint64_t>(scene.coordinates.size()));
+  for (const Texture& texture : scene.textures) {
+    out.Put(texture.width);
+    out.Put(texture.height);
+    out.Put(static_cast<uint8_t>(texture.wrap_u));
+    out.Put(static_cast<uint8_t>(texture.wrap_v));
+    for (const float value : texture.texels) out.Put(value + 0.0F);
+  }
+  for (const Material& material : scene.materials) {
+    for (const TextureUse* use : {&material.reflectance_map, &material.exitance_map}) {
+      out.Put(use->texture);
+      for (const double number : use->transform) out.Put(number + 0.0);
+    }
+  }
+  for (const TextureCoordinates& c : scene.coordinates) {
+    for (const double number : c.u) out.Put(number + 0.0);
+    for (const double number : c.v) out.Put(number + 0.0);
+  }
+  for (const Polygon& polygon : scene.polygons) out.Put(polygon.coordinates);
+}
+
+Status GetMaps(ByteReader& in, const SceneLimits& limits, Scene* scene) {
+  const auto textures = in.Get<uint64_t>();
+  const auto coordinates = in.Get<uint64_t>();
+  if (textures == 0 || textures > limits.materials * 2 || coordinates > limits.polygons) {
+    return MakeStatus(StatusCode::kResourceExhausted,
+                      "scene: {} textures and {} texture coordinates, outside the limits", textures,
+                      coordinates);
+  }
+  for (uint64_t t = 0; t < textures && in.ok(); ++t) {
+    Texture& texture = scene->textures.emplace_back();
+    texture.width = in.Get<uint32_t>();
+    texture.height = in.Get<uint32_t>();
+    texture.wrap_u = static_cast<Wrap>(in.Get<uint8_t>());
+    texture.wrap_v = static_cast<Wrap>(in.Get<uint8_t>());
+    if (texture.width > Texture::kMostTexels || texture.height > Texture::kMostTexels) {
+      return MakeStatus(StatusCode::kDataLoss, "scene: texture {} is too large", t);
+    }
+    const uint64_t count = 3ULL * texture.width * texture.height;
+    if (!in.Holds(count, sizeof(float))) break;
+    texture.texels.resize(count);
+    for (float& value : texture.texels) value = in.Get<float>();
+  }
+  if (!in.Holds(coordinates, kCoordinatesBytes) || !in.Holds(scene->materials.size(), kMapBytes)) {
+    return MakeStatus(StatusCode::kDataLoss, "scene: its maps are missing");
+  }
+  for (Material& material : scene->materials) {
+    for (TextureUse* use : {&material.reflectance_map, &material.exitance_map}) {
+      use->texture = in.Get<uint32_t>();
+      for (double& number : use->transform) number = in.Get<double>();
+    }
+  }
+  scene->coordinates.resize(coordinates);
+  for (TextureCoordinates& c : scene->coordinates) {
+    for (double& number : c.u) number = in.Get<double>();
+    for (double& number : c.v) number = in.Get<double>();
+  }
+  for (Polygon& polygon : scene->polygons) polygon.coordinates = in.Get<uint32_t>();
+  return CheckMaps(*scene);
 }
 
 }  // namespace
@@ -181,6 +288,7 @@ Status Validate(const Scene& scene, const SceneLimits& limits) {
   for (size_t m = 0; m < scene.materials.size(); ++m) {
     RETURN_IF_ERROR(CheckMaterial(scene.materials[m], m));
   }
+  RETURN_IF_ERROR(CheckMaps(scene));
   for (size_t p = 0; p < scene.polygons.size(); ++p) {
     RETURN_IF_ERROR(CheckIndices(scene.polygons[p], scene.vertices.size(), scene.materials.size()));
     RETURN_IF_ERROR(CheckShape(scene, p));
@@ -216,6 +324,7 @@ std::string Encode(const Scene& scene) {
     Put(out, material.reflectance);
     Put(out, material.exitance);
   }
+  if (!scene.textures.empty()) PutMaps(out, scene);
   return out.Take();
 }
 
@@ -255,6 +364,7 @@ Result<Scene> Decode(const std::string& bytes, const SceneLimits& limits) {
     material.reflectance = GetVec3(in);
     material.exitance = GetVec3(in);
   }
+  if (in.ok() && in.left() > 0) RETURN_IF_ERROR(GetMaps(in, limits, &scene));
   if (!in.ok() || in.left() > 0) {
     return Error(StatusCode::kDataLoss, "scene: its end is {}", in.ok() ? "too late" : "missing");
   }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/texture.h"
 #include "common/util/status.h"
 #include "common/vec.h"
 
@@ -23,6 +24,8 @@ struct Material {
   std::string name;
   Rgb reflectance{0.0};  // diffuse, linear, in [0, 1)
   Rgb exitance{0.0};     // self-emitted, W/m² = π times the radiance of the file
+  // How these vary over polygons that have texture coordinates; without, they are the means.
+  TextureUse reflectance_map{}, exitance_map{};
 };
 
 // How a side of a polygon takes part: a set of flags a polygon.
@@ -42,6 +45,7 @@ struct Polygon {
   uint32_t material = 0;
   uint32_t file_polygon = 0;  // number in the file, from 0; the lowest where several were merged
   uint8_t sides = kFrontTakesPart | kBackTakesPart;
+  uint32_t coordinates = kNoCoordinates;  // in Scene::coordinates
 
   int vertex_count() const { return vertices[3] == kNoVertex ? 3 : 4; }
 };
@@ -60,6 +64,8 @@ struct Scene {
   std::vector<Vec3> vertices;  // metres, relative to `origin_m`
   std::vector<Polygon> polygons;
   std::vector<Material> materials;
+  std::vector<Texture> textures;
+  std::vector<TextureCoordinates> coordinates;
   Vec3 origin_m{0.0};      // centre that was subtracted, in double, before anything else
   std::string unit = "m";  // of the file: m, cm, mm, in, ft
   double metres_per_unit = 1.0;
@@ -71,8 +77,8 @@ struct Scene {
 struct Surface {
   uint32_t polygon = 0;
   Side side = Side::kFront;
-  Rgb reflectance{0.0};
-  Rgb exitance{0.0};  // W/m²; 0 on a side that does not emit
+  Rgb reflectance{0.0};  // where a map varies it: the mean
+  Rgb exitance{0.0};     // W/m², likewise; 0 on a side that does not emit
 };
 
 // A triangle or convex quad by value, counter-clockwise about its normal.

@@ -39,10 +39,12 @@ SourceFinder::SourceFinder(const Tree& tree, const Placement& placement, const L
 void SourceFinder::PullRadiosity(const Snapshot& snapshot) {
   radiosity_.assign(slots_.count(tree_), Lanes{});
   for (const LeafRecord& leaf : snapshot.leaves) {
-    const Surface& surface = tree_.hierarchy().surfaces()[leaf.id.surface];
-    Lanes& b = radiosity_[slots_.OfElement(tree_.Find(leaf.id))];
+    const uint32_t node = tree_.Find(leaf.id);
+    const Optics optics =
+        tree_.hierarchy().maps().Over(tree_.surface_of(node), tree_.polygon(node));
+    Lanes& b = radiosity_[slots_.OfElement(node)];
     for (int c = 0; c < 3; ++c) {
-      b[c] = surface.exitance[c] + surface.reflectance[c] * leaf.irradiance[c];
+      b[c] = optics.exitance[c] + optics.reflectance[c] * leaf.irradiance[c];
       largest_ = std::max(largest_, b[c]);
     }
   }

@@ -133,15 +133,18 @@ void Tree::PullValues(const Snapshot& snapshot) {
   };
   std::vector<Moments> moments(count);
   for (const LeafRecord& leaf : snapshot.leaves) {
-    const Surface& surface = hierarchy_->surfaces()[leaf.id.surface];
-    double radiosity = 0, reflectance = 0;
+    const uint32_t node = Find(leaf.id);
+    const Optics optics = hierarchy_->maps().Over(surface_of(node), polygon(node));
+    double radiosity = 0, reflectance = 0, map = 0;
     for (int c = 0; c < 3; ++c) {
-      radiosity += surface.exitance[c] + surface.reflectance[c] * leaf.irradiance[c];
-      reflectance = std::max(reflectance, surface.reflectance[c]);
+      radiosity += optics.exitance[c] + optics.reflectance[c] * leaf.irradiance[c];
+      reflectance = std::max(reflectance, optics.reflectance[c]);
+      map += optics.exitance_deviation[c] + optics.reflectance_deviation[c] * leaf.irradiance[c];
     }
-    const double half = 0.5 * reflectance * leaf.spread;
-    moments[Find(leaf.id)] = {radiosity, radiosity * radiosity + half * half / 3,
-                              std::max(0.0, radiosity - half), radiosity + half};
+    // Half the range of a value that is spread evenly with this deviation.
+    const double half = 0.5 * reflectance * leaf.spread + std::sqrt(3.0) * map;
+    moments[node] = {radiosity, radiosity * radiosity + half * half / 3,
+                     std::max(0.0, radiosity - half), radiosity + half};
   }
   const auto pull = [&](uint32_t i) {
     Moments sum{0, 0, std::numeric_limits<double>::infinity(), 0};

@@ -18,8 +18,17 @@ struct Tint {
 Tint FindTint(const Hierarchy& hierarchy) {
   Tint tint;
   for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
-    const Rgb& rho = hierarchy.surfaces()[s].reflectance;
-    const double mean = GreyOf(rho), off = LargestOf(glm::abs(rho - Rgb(mean)));
+    const Surface& surface = hierarchy.surfaces()[s];
+    const Rgb& rho = surface.reflectance;
+    double mean = GreyOf(rho), off = LargestOf(glm::abs(rho - Rgb(mean)));
+    if (hierarchy.maps().Varies(surface.polygon)) {
+      // A texel may be that much brighter than the mean; of a coloured one no channel is off by
+      // more than the brightest.
+      const double brightest = hierarchy.maps().Largest(surface);
+      const bool tints = hierarchy.maps().TintsReflectance(surface);
+      off = tints ? brightest : mean > 0 ? off * std::max(1.0, brightest / mean) : off;
+      mean = std::max(mean, brightest);
+    }
     tint.largest = std::max(tint.largest, off);
     tint.mean = std::max(tint.mean, mean);
     tint.total_m2 += hierarchy.surface_area_m2(s);
@@ -34,6 +43,7 @@ bool LampsAreAlike(const Hierarchy& hierarchy) {
   for (const Surface& s : hierarchy.surfaces()) {
     const double sum = Sum(s.exitance);
     if (!(sum > 0)) continue;
+    if (hierarchy.maps().TintsExitance(s)) return false;
     const Rgb colour = s.exitance / sum;
     if (Sum(first) == 0) first = colour;
     if (LargestOf(glm::abs(colour - first)) > 1e-9) return false;

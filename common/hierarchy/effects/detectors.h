@@ -18,7 +18,7 @@ Effect DetectTwoSided(const Hierarchy& hierarchy);
 Effect DetectColour(const Hierarchy& hierarchy);
 
 // What the importer found in the file and replaced by something simpler (replaced.cc), by what the
-// repair report says of it.
+// repair report says of it. Maps are followed where the scene has them.
 Effect DetectTextures(const Scene& scene);
 Effect DetectEmissionMaps(const Scene& scene);
 Effect DetectOpacityMaps(const Scene& scene);

@@ -8,6 +8,8 @@ double LargestReflectance(const Hierarchy& hierarchy) {
   double largest = 0;
   for (const Surface& s : hierarchy.surfaces()) {
     largest = std::max({largest, s.reflectance.x, s.reflectance.y, s.reflectance.z});
+    if (hierarchy.maps().Varies(s.polygon))
+      largest = std::max(largest, hierarchy.maps().Largest(s));
   }
   return largest;
 }

@@ -32,15 +32,38 @@ Effect Replaced(const Scene& scene, const char* name,
   return effect;
 }
 
+// The same effect where maps are followed: on whatever is replaced beside.
+Effect Mapped(const Scene& scene, TextureUse Material::*use, Effect replaced) {
+  uint64_t polygons = 0, materials = 0;
+  for (const Polygon& polygon : scene.polygons) {
+    const bool varies = (scene.materials[polygon.material].*use).texture != kNoTexture;
+    if (varies && polygon.coordinates != kNoCoordinates) ++polygons;
+  }
+  if (polygons == 0) return replaced;
+  for (const Material& material : scene.materials) {
+    if ((material.*use).texture != kNoTexture) ++materials;
+  }
+  Effect effect{.name = replaced.name, .present = true};
+  effect.support = Support::kFixed;
+  effect.evidence =
+      fmt::format("{} material{} on {} polygons", materials, materials == 1 ? "" : "s", polygons);
+  if (replaced.present) effect.evidence += "; by their mean: " + replaced.evidence;
+  effect.reason = "means over elements carry the light, output shows the map";
+  return effect;
+}
+
 }  // namespace
 
 Effect DetectTextures(const Scene& scene) {
-  return Replaced(scene, "textures", {"reflectance maps", "maps missing"}, "material",
-                  "the mean of the map counts");
+  return Mapped(scene, &Material::reflectance_map,
+                Replaced(scene, "textures", {"reflectance maps", "maps missing"}, "material",
+                         "the mean of the map counts"));
 }
 
 Effect DetectEmissionMaps(const Scene& scene) {
-  return Replaced(scene, "emission-maps", {"emission maps"}, "material", "even emission counts");
+  return Mapped(scene, &Material::exitance_map,
+                Replaced(scene, "emission-maps", {"emission maps"}, "material",
+                         "the mean of the map counts"));
 }
 
 Effect DetectOpacityMaps(const Scene& scene) {

@@ -8,7 +8,7 @@
 
 #include "client/import/import.h"
 #include "client/import/repair.h"
-#include "client/import/texture_mean.h"
+#include "client/import/texture_image.h"
 #include "tests/support/gltf_file.h"
 #include "tests/support/temp_dir.h"
 

@@ -64,6 +64,16 @@ TEST(OwnScenes, RoomLooksInwards) {
   EXPECT_EQ(scene.polygons[lamp].sides & kFrontEmits, kFrontEmits);
 }
 
+TEST(OwnScenes, TextureHasMapsOfBothKinds) {
+  const Scene scene = ImportOwn("effects/texture/texture.obj", "m");
+  EXPECT_EQ(scene.file_polygon_count, 12U);
+  ASSERT_EQ(scene.textures.size(), 2U);
+  for (const Polygon& polygon : scene.polygons) {
+    const std::string& name = scene.materials[polygon.material].name;
+    EXPECT_EQ(polygon.coordinates != kNoCoordinates, name == "tiles" || name == "panel") << name;
+  }
+}
+
 struct Expected {
   const char* name;
   uint32_t file_polygons;

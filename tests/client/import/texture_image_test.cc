@@ -1,4 +1,4 @@
-#include "client/import/texture_mean.h"
+#include "client/import/texture_image.h"
 
 #include <gtest/gtest.h>
 #include <stb/stb_image_write.h>
@@ -23,6 +23,13 @@ std::vector<uint8_t> Halves(int size, const std::array<uint8_t, 3>& a,
     }
   }
   return pixels;
+}
+
+Result<Rgb> LinearMean(const std::string& path, uint64_t most_pixels = 1 << 20) {
+  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
+  ASSIGN_OR_RETURN(const LinearImage image,
+                   DecodeImage(bytes, path, Encoding::kSrgb, 512, most_pixels));
+  return image.Mean();
 }
 
 TEST(FromSrgb, MeetsTheStandardsPoints) {

@@ -1,0 +1,184 @@
+#include "client/import/materials.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <tuple>
+
+#include "client/import/text_file.h"
+#include "client/import/texture_image.h"
+#include "common/util/file.h"
+
+namespace isolux {
+namespace {
+
+constexpr double kLargestReflectance = 0.98;  // what 1 or more becomes
+constexpr double kGrey = 0.5;                 // of faces without a material
+constexpr uint32_t kMostSide = 512;           // of a texture
+static_assert(kMostSide * kMostSide <= Texture::kMostTexels);
+
+class MaterialMaker {
+ public:
+  MaterialMaker(const SceneFile& file, Scene* scene, RepairLog* log)
+      : file_(file), scene_(*scene), log_(*log) {}
+
+  Material Make(const FileMaterial& from);
+
+ private:
+  struct Varied {
+    Rgb mean{0.0};
+    TextureUse use;
+  };
+
+  void NoteEffects(const FileMaterial& from);
+  // Each is decoded once; nothing where an image is missing or unreadable.
+  const LinearImage* Image(const FileMap& map, Encoding encoding);
+  // A factor times a map, no texel above `most`. `even`: the mean counts in any case, and `kind`
+  // says so.
+  Varied Vary(const FileMap& map, const Rgb& factor, double most, bool even, Repair kind,
+              const std::string& where);
+  uint32_t Texture(const FileMap& map, const LinearImage& image, const Rgb& factor, double most,
+                   const Rgb& mean);
+
+  const SceneFile& file_;
+  Scene& scene_;
+  RepairLog& log_;
+  std::map<std::pair<std::string, Encoding>, std::optional<LinearImage>> images_;
+  // By image and wrap modes, and by factor where texels are limited.
+  std::map<std::tuple<std::string, Wrap, Wrap, double, double, double>, uint32_t> textures_;
+};
+
+void MaterialMaker::NoteEffects(const FileMaterial& from) {
+  const auto where = [&] { return from.where; };
+  if (from.opacity_map) log_.Add(Repair::kOpacityMap, where);
+  if (from.mirror) log_.Add(Repair::kMirror, where);
+  if (from.glossy) log_.Add(Repair::kGlossy, where);
+  if (from.glass) log_.Add(Repair::kGlass, where);
+  if (from.unlit) log_.Add(Repair::kUnlit, where);
+}
+
+const LinearImage* MaterialMaker::Image(const FileMap& map, Encoding encoding) {
+  constexpr uint64_t kMostBytes = 1ULL << 30;
+  const bool embedded = map.embedded != kNoImage;
+  const std::string name = embedded ? map.name : FindFile(map.folder, map.name);
+  if (name.empty()) return nullptr;
+  const auto [at, is_new] = images_.try_emplace({name, encoding});
+  if (is_new) {
+    Result<std::string> bytes =
+        embedded ? Result<std::string>(file_.images[map.embedded]) : ReadFile(name, kMostBytes);
+    Result<LinearImage> image = bytes.has_value() ? DecodeImage(*bytes, name, encoding, kMostSide)
+                                                  : tl::unexpected(bytes.error());
+    if (image.has_value()) at->second = std::move(*image);
+  }
+  return at->second ? &*at->second : nullptr;
+}
+
+uint32_t MaterialMaker::Texture(const FileMap& map, const LinearImage& image, const Rgb& factor,
+                                double most, const Rgb& mean) {
+  const std::string name = map.embedded != kNoImage ? map.name : FindFile(map.folder, map.name);
+  const bool limited = std::any_of(image.texels.begin(), image.texels.end(), [&](double texel) {
+    return texel * std::max({factor.x, factor.y, factor.z}) > most;
+  });
+  const Rgb key = limited ? factor : Rgb(0.0);
+  const auto [at, is_new] =
+      textures_.try_emplace({name, map.wrap_u, map.wrap_v, key.x, key.y, key.z},
+                            static_cast<uint32_t>(scene_.textures.size()));
+  if (!is_new) return at->second;
+  isolux::Texture& texture = scene_.textures.emplace_back();
+  texture.width = image.width;
+  texture.height = image.height;
+  texture.wrap_u = map.wrap_u;
+  texture.wrap_v = map.wrap_v;
+  for (size_t i = 0; i < image.texels.size(); ++i) {
+    const int c = static_cast<int>(i % 3);
+    const double value = std::min(most, factor[c] * image.texels[i]);
+    texture.texels.push_back(static_cast<float>(mean[c] > 0 ? value / mean[c] : 1.0));
+  }
+  return at->second;
+}
+
+MaterialMaker::Varied MaterialMaker::Vary(const FileMap& map, const Rgb& factor, double most,
+                                          bool even, Repair kind, const std::string& where) {
+  if (map.name.empty() || Sum(factor) == 0) return {factor, {}};
+  const LinearImage* image = Image(map, Encoding::kSrgb);
+  if (image == nullptr) {
+    log_.Add(Repair::kNoMap, [&] { return where; });
+    return {factor, {}};
+  }
+  Varied varied;
+  bool constant = true;
+  for (size_t i = 0; i < image->texels.size(); ++i) {
+    const int c = static_cast<int>(i % 3);
+    varied.mean[c] += std::min(most, factor[c] * image->texels[i]);
+    constant = constant && image->texels[i] == image->texels[i % 3];
+  }
+  varied.mean /= static_cast<double>(image->width) * image->height;
+  if (constant) return varied;
+  if (even) {
+    log_.Add(kind, [&] { return where; });
+    return varied;
+  }
+  varied.use.texture = Texture(map, *image, factor, most, varied.mean);
+  varied.use.transform = map.transform;
+  return varied;
+}
+
+Material MaterialMaker::Make(const FileMaterial& from) {
+  const auto where = [&] { return from.where; };
+  NoteEffects(from);
+  Rgb diffuse = from.diffuse;
+  if (from.metallic > 0) {
+    double metallic = from.metallic;
+    if (!from.metallic_map.name.empty()) {
+      const LinearImage* image = Image(from.metallic_map, Encoding::kLinear);
+      log_.Add(image != nullptr ? Repair::kMap : Repair::kNoMap, where);
+      if (image != nullptr) metallic *= image->Mean().z;
+    }
+    diffuse *= 1 - metallic;
+  }
+  bool lowered = false;
+  for (int c = 0; c < 3; ++c) {
+    if (diffuse[c] < 1 || !from.diffuse_map.name.empty()) continue;
+    diffuse[c] = kLargestReflectance;
+    lowered = true;
+  }
+  const bool no_coordinates = file_.coordinates.empty();
+  const Varied reflectance = Vary(from.diffuse_map, diffuse, kLargestReflectance, no_coordinates,
+                                  Repair::kMap, from.where);
+  const Varied exitance = Vary(from.emission_map, std::numbers::pi * from.radiance,
+                               std::numeric_limits<double>::infinity(),
+                               no_coordinates || from.emission_map.set != from.coordinate_set(),
+                               Repair::kEmissionMap, from.where);
+  Material material;
+  material.name = from.name;
+  material.reflectance = reflectance.mean;
+  material.reflectance_map = reflectance.use;
+  material.exitance = exitance.mean;
+  material.exitance_map = exitance.use;
+  for (int c = 0; c < 3; ++c) {  // of a map that could not be read
+    if (material.reflectance[c] < 1) continue;
+    material.reflectance[c] = kLargestReflectance;
+    lowered = true;
+  }
+  if (lowered) log_.Add(Repair::kReflectance, where);
+  return material;
+}
+
+}  // namespace
+
+void MakeMaterials(const SceneFile& file, Scene* scene, RepairLog* log) {
+  std::vector<bool> used(file.materials.size(), false);
+  for (const FileFace& face : file.faces) {
+    if (face.material != kNoMaterial) used[face.material] = true;
+  }
+  MaterialMaker maker(file, scene, log);
+  scene->materials.resize(file.materials.size() + 1);
+  for (size_t m = 0; m < used.size(); ++m) {
+    if (used[m]) scene->materials[m] = maker.Make(file.materials[m]);
+  }
+  scene->materials.back().reflectance = Rgb(kGrey);
+}
+
+}  // namespace isolux
