@@ -26,6 +26,8 @@ void AddTo(const RoundReport& report, RoundSummary* row) {
   row->elements += report.leaves;
   row->links += report.links;
   row->evaluations += report.evaluations;
+  row->proved_visible += report.proved_visible;
+  row->proved_hidden += report.proved_hidden;
   row->rays += report.rays;
   row->memory_bytes += report.memory_bytes;
   row->refine_s = std::max(row->refine_s, report.refine_s);
@@ -70,6 +72,8 @@ std::string RoundLine(const RoundSummary& row) {
       .Add("elements", row.elements)
       .Add("links", row.links)
       .Add("evaluations", row.evaluations)
+      .Add("proved_visible", row.proved_visible)
+      .Add("proved_hidden", row.proved_hidden)
       .Add("rays", row.rays)
       .Add("iterations", row.iterations)
       .Add("residual", row.residual)

@@ -241,6 +241,8 @@ TEST(ClusterBitsTest, MigrationMovesLinksAndMakesNone) {
   ASSERT_EQ(still.summary.rounds.size(), moving.summary.rounds.size());
   for (size_t i = 0; i < still.summary.rounds.size(); ++i) {
     EXPECT_EQ(still.summary.rounds[i].evaluations, moving.summary.rounds[i].evaluations);
+    EXPECT_EQ(still.summary.rounds[i].proved_visible, moving.summary.rounds[i].proved_visible);
+    EXPECT_EQ(still.summary.rounds[i].proved_hidden, moving.summary.rounds[i].proved_hidden);
     EXPECT_EQ(still.summary.rounds[i].rays, moving.summary.rounds[i].rays);
     EXPECT_EQ(still.summary.rounds[i].migrated_nodes, 0u);
     EXPECT_GT(moving.summary.rounds[i].migrated_nodes, 0u);

@@ -356,6 +356,8 @@ void Shard::Impl::CountLinks(const RefineCounters& counters, double refine_cpu_s
                              RoundReport& report) const {
   const uint32_t cut_size = placement->cut_size();
   report.evaluations = counters.evaluations;
+  report.proved_visible = counters.proved_visible;
+  report.proved_hidden = counters.proved_hidden;
   report.rays = counters.rays;
   report.cut_links.assign(cut_size, 0);
   report.cut_elements.assign(cut_size, 0);

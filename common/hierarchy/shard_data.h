@@ -53,6 +53,7 @@ struct RoundReport {
   uint64_t crown_hash = 0;  // of the crown's links; must agree
   // This worker's own.
   uint64_t links = 0, leaves = 0, evaluations = 0, rays = 0;
+  uint64_t proved_visible = 0, proved_hidden = 0;  // of the evaluations, without a ray
   uint64_t memory_bytes = 0;  // of the solver; LinkErrors has that of links and nodes
   double refine_s = 0, exchange_s = 0, solve_s = 0;  // wall
   double cpu_s = 0;

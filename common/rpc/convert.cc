@@ -112,6 +112,8 @@ v1::RoundSummary ToProto(const RoundSummary& round) {
   message.set_elements(round.elements);
   message.set_links(round.links);
   message.set_evaluations(round.evaluations);
+  message.set_proved_visible(round.proved_visible);
+  message.set_proved_hidden(round.proved_hidden);
   message.set_rays(round.rays);
   message.set_iterations(round.iterations);
   message.set_residual(round.residual);
@@ -161,6 +163,8 @@ Result<RoundSummary> FromProto(const v1::RoundSummary& message) {
   round.elements = message.elements();
   round.links = message.links();
   round.evaluations = message.evaluations();
+  round.proved_visible = message.proved_visible();
+  round.proved_hidden = message.proved_hidden();
   round.rays = message.rays();
   round.iterations = message.iterations();
   round.residual = message.residual();

@@ -182,6 +182,8 @@ std::string Encode(const RoundReport& message) {
   proto.set_links(message.links);
   proto.set_leaves(message.leaves);
   proto.set_evaluations(message.evaluations);
+  proto.set_proved_visible(message.proved_visible);
+  proto.set_proved_hidden(message.proved_hidden);
   proto.set_rays(message.rays);
   proto.set_memory_bytes(message.memory_bytes);
   proto.set_refine_s(message.refine_s);
@@ -224,6 +226,8 @@ Result<RoundReport> DecodeMessage(const std::string& payload) {
   message.links = proto.links();
   message.leaves = proto.leaves();
   message.evaluations = proto.evaluations();
+  message.proved_visible = proto.proved_visible();
+  message.proved_hidden = proto.proved_hidden();
   message.rays = proto.rays();
   message.memory_bytes = proto.memory_bytes();
   message.refine_s = proto.refine_s();

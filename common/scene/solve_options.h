@@ -56,6 +56,7 @@ struct RoundSummary {
   uint64_t elements = 0;     // leaves of the hierarchy
   uint64_t links = 0;        // kept, over all workers
   uint64_t evaluations = 0;  // link evaluations in this round
+  uint64_t proved_visible = 0, proved_hidden = 0;  // of them, without a ray
   uint64_t rays = 0;         // shadow rays in this round
   uint32_t iterations = 0;   // matrix products of the solver in this round
   double residual = 0;       // residual power over emitted power

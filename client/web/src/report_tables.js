@@ -16,6 +16,8 @@ export function roundTable(rounds) {
     numeric("links", "links", format.count),
     numeric("elements", "elements", format.count),
     numeric("evaluations", "evaluations", format.count),
+    numeric("proved visible", "proved_visible", format.count),
+    numeric("proved hidden", "proved_hidden", format.count),
     numeric("rays", "rays", format.count),
     numeric("products", "iterations", format.count),
     numeric("residual", "residual", format.number),

@@ -23,9 +23,10 @@ RoundSummary Numbered(double base) {
     *value = ++next;
   }
   for (uint64_t* value :
-       {&round.elements, &round.links, &round.evaluations, &round.rays, &round.bytes_in,
-        &round.bytes_out, &round.migrated_nodes, &round.migrated_links, &round.memory_bytes,
-        &round.worst_path, &round.output_elements, &round.output_points, &round.output_rays}) {
+       {&round.elements, &round.links, &round.evaluations, &round.proved_visible,
+        &round.proved_hidden, &round.rays, &round.bytes_in, &round.bytes_out, &round.migrated_nodes,
+        &round.migrated_links, &round.memory_bytes, &round.worst_path, &round.output_elements,
+        &round.output_points, &round.output_rays}) {
     *value = static_cast<uint64_t>(++next);
   }
   for (uint32_t* value : {&round.iterations, &round.worst_polygon, &round.worst_surface}) {
