@@ -24,7 +24,7 @@ int Main(int argc, char** argv) {
   AddCancelCommand(app, run);
   AddFinishCommand(app, run);
   AddFetchCommand(app, run);
-  AddInspectCommand(app, run);
+  AddInspectCommand(app, run, MeasureCost);
   AddFactorsCommand(app, run);
   AddRenderCommand(app, run);
   AddCompareCommand(app, run);

@@ -5,6 +5,8 @@
 
 #include <functional>
 
+#include "client/commands/cost.h"
+
 namespace CLI {
 class App;
 }
@@ -21,7 +23,8 @@ void AddWatchCommand(CLI::App& app, Run& run);
 void AddCancelCommand(CLI::App& app, Run& run);
 void AddFinishCommand(CLI::App& app, Run& run);
 void AddFetchCommand(CLI::App& app, Run& run);
-void AddInspectCommand(CLI::App& app, Run& run);
+// `measure_cost` runs a scene's first rounds, for --cost; without it there is no such flag.
+void AddInspectCommand(CLI::App& app, Run& run, const CostFunction& measure_cost = {});
 void AddFactorsCommand(CLI::App& app, Run& run);
 void AddRenderCommand(CLI::App& app, Run& run);
 void AddCompareCommand(CLI::App& app, Run& run);

@@ -1,17 +1,23 @@
 // isolux inspect scene.obj [--emit front|both] [--reflect both|front] [--unit m|cm|mm|in|ft]
-//                          [--strict] [--accuracy A] [--effects CHOICE] [--json]
+//                          [--strict] [--accuracy A] [--effects CHOICE] [--cost]
+//                          [--workers N] [--server HOST:PORT] [--json]
 //
 // What the importer found and mended, and which effects the scene calls for. A scene in which
-// nothing emits is shown, too, with a word that it cannot be solved.
+// nothing emits is shown, too, with a word that it cannot be solved. With --cost, some seconds of
+// coarse rounds (by a coordinator and workers of its own, or on the cluster of --server) tell what
+// accuracies should take.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "client/commands/commands.h"
+#include "client/commands/cost.h"
 #include "client/commands/import_flags.h"
 #include "common/hierarchy/effects/plan.h"
 #include "common/scene/solve_options.h"
@@ -27,6 +33,9 @@ struct Options {
   bool json = false;
   double accuracy = SolveOptions().accuracy;
   std::string effects = "auto";
+  bool cost = false;
+  CostOptions cluster;
+  CostFunction measure_cost;
 };
 
 // What is counted about a scene.
@@ -123,11 +132,23 @@ int RunInspect(Options options) {
     return 2;
   }
   const Figures figures = Count(*scene, options.accuracy, *choice);
+  std::optional<CostTable> cost;
+  if (options.cost && Emits(*scene)) {
+    auto measured = options.measure_cost(
+        *scene, std::filesystem::path(options.scene).filename().string(), options.cluster);
+    if (!measured) {
+      fmt::print(stderr, "isolux inspect: {}\n", measured.error().message());
+      return 1;
+    }
+    cost = std::move(*measured);
+  }
   if (options.json) {
-    fmt::print("{}\n",
-               ToJson(*scene, figures).dump(-1, ' ', false, json::error_handler_t::replace));
+    json all = ToJson(*scene, figures);
+    if (cost) all["cost"] = ToJson(*cost);
+    fmt::print("{}\n", all.dump(-1, ' ', false, json::error_handler_t::replace));
   } else {
     PrintText(*scene, figures);
+    if (cost) fmt::print("\n{}", ToText(*cost));
   }
   if (!Emits(*scene)) {
     fmt::print(stderr, "isolux inspect: {}: nothing emits light, so there is nothing to solve\n",
@@ -138,7 +159,7 @@ int RunInspect(Options options) {
 
 }  // namespace
 
-void AddInspectCommand(CLI::App& app, Run& run) {
+void AddInspectCommand(CLI::App& app, Run& run, const CostFunction& measure_cost) {
   auto options = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("inspect", "what the importer mends and what a scene calls for");
@@ -150,6 +171,19 @@ void AddInspectCommand(CLI::App& app, Run& run) {
       ->check(CLI::Range(1e-9, 1.0))
       ->capture_default_str();
   AddEffectsFlag(*command, &options->effects);
+  if (measure_cost) {
+    options->measure_cost = measure_cost;
+    CLI::Option* cost = command->add_flag(
+        "--cost", options->cost, "run a few coarse rounds and say what accuracies should take");
+    command->add_option("--workers", options->cluster.workers, "worker processes, for --cost")
+        ->needs(cost)
+        ->check(CLI::Range(1, 256))
+        ->capture_default_str();
+    command
+        ->add_option("--server", options->cluster.server,
+                     "HOST:PORT of a coordinator, for --cost [one of its own]")
+        ->needs(cost);
+  }
   command->add_flag("--json", options->json, "print one JSON object");
   command->callback([options, &run] { run = [options] { return RunInspect(*options); }; });
 }

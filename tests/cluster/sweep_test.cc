@@ -114,5 +114,36 @@ TEST(SweepTest, BadFlagsExitWithTwo) {
   EXPECT_NE(Refused(programs, {programs.Path("absent.obj")}).find("absent.obj"), std::string::npos);
 }
 
+TEST(InspectTest, SaysWhatAccuraciesShouldCost) {
+  Programs programs;
+  const CommandResult result =
+      programs.Run({"isolux", "inspect", kRoom, "--unit", "mm", "--cost", "--json"});
+  ASSERT_EQ(result.code, 0) << result.error;
+  const json cost = result.Json()["cost"];
+  EXPECT_EQ(cost["workers"], 1);
+  EXPECT_GE(cost["rounds"], 2);
+  ASSERT_EQ(cost["accuracies"].size(), 6U);
+  double links = 0, seconds = 0;
+  for (const json& row : cost["accuracies"]) {
+    for (const char* key : {"seconds", "links", "elements", "memory_bytes"}) {
+      EXPECT_GT(row[key]["low"], 0) << row;
+      EXPECT_LE(row[key]["low"], row[key]["likely"]) << row;
+      EXPECT_LE(row[key]["likely"], row[key]["high"]) << row;
+    }
+    EXPECT_GT(row["links"]["likely"], links) << "finer takes more";
+    EXPECT_GE(row["seconds"]["likely"], seconds);
+    links = row["links"]["likely"];
+    seconds = row["seconds"]["likely"];
+  }
+  EXPECT_TRUE(programs.TemporaryFiles().empty());
+  programs.StartServer();
+  programs.StartWorker();
+  const CommandResult text = programs.Isolux({"inspect", kRoom, "--unit", "mm", "--cost"});
+  EXPECT_EQ(text.code, 0) << text.error;
+  EXPECT_NE(text.output.find("0.5 %"), std::string::npos) << text.output;
+  EXPECT_EQ(programs.WaitForEnd(1).state, JobState::kCancelled) << "its rounds are all it is for";
+  EXPECT_EQ(programs.Run({"isolux", "inspect", kRoom, "--workers", "2"}).code, 2);
+}
+
 }  // namespace
 }  // namespace isolux::testing
