@@ -98,8 +98,10 @@ struct Shard::Impl {
                    RoundReport& report) const;
   Status AddEnergy(const LeafSystem& leaves, std::span<const Lanes> irradiance,
                    std::span<const double> escape, Exchange& exchange, RoundReport& report) const;
+  int EscapeRays(uint32_t node) const;
   std::vector<double> EscapeShares(const ActiveNodes& nodes) const;
-  std::vector<RowBounds> BoundRows(const ActiveNodes& nodes, std::span<const double> escape) const;
+  std::vector<RowMeasure> MeasureRows(const ActiveNodes& nodes,
+                                      std::span<const double> escape) const;
   void CountLinks(const RefineCounters& counters, double refine_cpu_s, double solve_cpu_s,
                   const ActiveNodes& nodes, RoundReport& report) const;
 };
@@ -127,13 +129,7 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
   return {};
 }
 
-Rgb Shard::EmittedPower() const {
-  Rgb power(0.0);
-  for (uint32_t s = 0; s < impl_->hierarchy.surfaces().size(); ++s) {
-    power += impl_->hierarchy.surface_area_m2(s) * impl_->hierarchy.surfaces()[s].exitance;
-  }
-  return power;
-}
+Rgb Shard::EmittedPower() const { return impl_->hierarchy.emitted_w(); }
 
 Result<RoundReport> Shard::RunRound(double epsilon, double accuracy, Exchange& exchange) {
   RoundReport report;
@@ -210,11 +206,12 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
   LeafSystem leaves = MakeLeafSystem(nodes, &start, &old_leaf);
   Product product(tree, *placement, links, nodes, pool, exchange);
   const std::vector<double> escape = EscapeShares(nodes);
-  std::vector<RowBounds> bounds = BoundRows(nodes, escape);
+  const std::vector<RowMeasure> rows = MeasureRows(nodes, escape);
   const double tolerance = std::min(1e-3, 0.1 * accuracy);
   ClosureSummary closing;
   if (plan.closure) {
-    ASSIGN_OR_RETURN(closing, Close(product, leaves, bounds, tolerance, exchange));
+    ASSIGN_OR_RETURN(closing,
+                     Close(product, leaves, rows, RowsMay::kRiseAndFall, tolerance, exchange));
   }
   const auto solve = [&]() -> Result<SolverResult> {
     if (plan.channels == 3) {
@@ -228,8 +225,7 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
   ASSIGN_OR_RETURN(SolverResult solution, solve());
   if (solution.indefinite && plan.closure) {
     // Some rows could not be brought down while others were brought up: bring down alone.
-    for (RowBounds& row : bounds) row.low = 0;
-    ASSIGN_OR_RETURN(closing, Close(product, leaves, bounds, tolerance, exchange));
+    ASSIGN_OR_RETURN(closing, Close(product, leaves, rows, RowsMay::kFall, tolerance, exchange));
     ASSIGN_OR_RETURN(solution, solve());
   }
   ASSIGN_OR_RETURN(const ErrorEstimate errors,
@@ -290,6 +286,11 @@ void Shard::Impl::Record(const ActiveNodes& nodes, const LeafSystem& leaves,
             [](const LeafRecord& a, const LeafRecord& b) { return a.id < b.id; });
 }
 
+int Shard::Impl::EscapeRays(uint32_t node) const {
+  const double power_w = tree.area_m2(node) * Sum(tree.surface_of(node).exitance);
+  return power_w > 0 ? EscapeRaysOf(power_w / Sum(hierarchy.emitted_w())) : kEscapeRays;
+}
+
 std::vector<double> Shard::Impl::EscapeShares(const ActiveNodes& nodes) const {
   std::vector<double> shares(nodes.leaves.size(), 0);
   pool.For(shares.size(), 64, [&](size_t begin, size_t end, int) {
@@ -302,27 +303,24 @@ std::vector<double> Shard::Impl::EscapeShares(const ActiveNodes& nodes) const {
       shares[i] = id.is_surface()   ? scout.escape[id.surface]
                   : record.id == id ? record.escape
                                     : EscapeShare(hierarchy, rays, id, tree.polygon(node),
-                                                  record.escape, options.seed);
+                                                  record.escape, EscapeRays(node), options.seed);
     }
   });
   return shares;
 }
 
-// A row may be off its measured share by two standard deviations.
-std::vector<RowBounds> Shard::Impl::BoundRows(const ActiveNodes& nodes,
-                                              std::span<const double> escape) const {
-  std::vector<RowBounds> bounds(escape.size());
-  for (size_t i = 0; i < bounds.size(); ++i) {
-    if (scout.closed[tree.node(nodes.leaves[i]).id.surface] != 0) {
-      bounds[i] = {1, 1};
-      continue;
-    }
-    const double margin = 2 * EscapeDeviation(escape[i]);
-    // As far below as above, or rows would lose more than they gain.
-    const double row = 1 - escape[i], reach = std::min({margin, escape[i], row});
-    bounds[i] = {row - reach, row + reach};
+std::vector<RowMeasure> Shard::Impl::MeasureRows(const ActiveNodes& nodes,
+                                                 std::span<const double> escape) const {
+  std::vector<RowMeasure> rows(escape.size());
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const NodeId& id = tree.node(nodes.leaves[i]).id;
+    if (scout.closed[id.surface] != 0) continue;
+    const double ray_count =
+        id.is_surface() ? scout.rays[id.surface] : EscapeRays(nodes.leaves[i]) + kPriorRays;
+    // By the share of the whole surface: a leaf whose rays all stay by chance is not more certain.
+    rows[i] = {1 - escape[i], EscapeDeviation(scout.escape[id.surface], ray_count)};
   }
-  return bounds;
+  return rows;
 }
 
 Status Shard::Impl::AddEnergy(const LeafSystem& leaves, std::span<const Lanes> irradiance,

@@ -119,6 +119,7 @@ Hierarchy::Hierarchy(const Scene& scene)
   for (const Surface& surface : surfaces_) {
     geometry_.push_back(SideGeometry(scene, surface.polygon, surface.side));
     area_m2_.push_back(geometry_.back().Area());
+    emitted_w_ += area_m2_.back() * surface.exitance;
     ++first_of[surface.polygon + 1];
   }
   std::partial_sum(first_of.begin(), first_of.end(), first_of.begin());

@@ -51,6 +51,8 @@ class Hierarchy {
   // True where no polygon lies in front of a side that takes part but behind nothing: one convex
   // room, in which nothing can block.
   bool convex() const { return convex_; }
+  // Of all lamps, W a channel.
+  const Rgb& emitted_w() const { return emitted_w_; }
   double extent_m() const { return clusters_[0].bounds.Diagonal(); }
 
  private:
@@ -59,6 +61,7 @@ class Hierarchy {
   std::vector<Surface> surfaces_;
   std::vector<ConvexPolygon> geometry_;
   std::vector<double> area_m2_;
+  Rgb emitted_w_{0.0};
   std::vector<Cluster> clusters_;
   std::vector<uint32_t> surface_order_, cluster_of_, plane_of_;
   bool convex_ = false;

@@ -3,9 +3,10 @@
 // is gathered at the points themselves.
 //
 //   convergence SCENE.obj POINTS.csv [--emit both] [--rounds N] [--step FACTOR] [--accuracy A]
+//       [--effects CHOICE] [--seed N]
 //     Prints CSV: ε over emitted power, links, leaves, rays, seconds of refinement and solution,
-//     error of the leaves' constants, error gathered at accuracy A (its rays), microseconds a
-//     point, estimated error and its parts, energy imbalance.
+//     error of the leaves' constants, error gathered at accuracy A (signed mean, rays a point,
+//     microseconds a point), estimated error and its parts, energy imbalance.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -24,10 +25,7 @@ double Now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-double RelativeError(const ErrorTally& tally) {
-  const auto comparison = tally.Finish();
-  return comparison ? comparison->l1_relative : NAN;
-}
+Comparison Finished(const ErrorTally& tally) { return tally.Finish().value_or(Comparison()); }
 
 }  // namespace
 }  // namespace isolux
@@ -41,11 +39,15 @@ int main(int argc, char** argv) {
   ImportOptions import;
   int rounds = 9;
   double step = 0.25, accuracy = 0.01, first = 0.02;
+  std::string effects = "auto";
+  uint64_t seed = 1;
   for (int i = 3; i + 1 < argc; i += 2) {
     if (std::strcmp(argv[i], "--emit") == 0)
       import.emit_both = std::strcmp(argv[i + 1], "both") == 0;
     if (std::strcmp(argv[i], "--rounds") == 0) rounds = std::atoi(argv[i + 1]);
     if (std::strcmp(argv[i], "--step") == 0) step = std::atof(argv[i + 1]);
+    if (std::strcmp(argv[i], "--effects") == 0) effects = argv[i + 1];
+    if (std::strcmp(argv[i], "--seed") == 0) seed = std::strtoull(argv[i + 1], nullptr, 10);
     if (std::strcmp(argv[i], "--accuracy") == 0) accuracy = std::atof(argv[i + 1]);
   }
   Result<Scene> read = ImportScene(argv[1], import);
@@ -67,12 +69,14 @@ int main(int argc, char** argv) {
   Shard shard(scene, &pool);
   SolveOptions options;
   options.accuracy = accuracy;
+  options.effects = effects;
+  options.seed = seed;
   const Assignment assignment{{NodeId{NodeId::kCluster, 0}}, {0}, 1};
   if (!shard.Start(options, assignment, 0).ok()) return 1;
   NullExchange exchange;
   std::printf(
-      "epsilon,links,leaves,rays,refine_s,solve_s,constants,gathered,gather_rays,us_per_point,"
-      "estimate,spread,visibility,coupling,solver,imbalance\n");
+      "epsilon,links,leaves,rays,refine_s,solve_s,constants,gathered,gathered_bias,gather_rays,"
+      "us_per_point,estimate,spread,visibility,coupling,solver,imbalance\n");
   double share = first;
   for (int r = 0; r < rounds; ++r, share *= step) {
     const double epsilon = share * Sum(shard.EmittedPower());
@@ -99,13 +103,15 @@ int main(int argc, char** argv) {
                     expected.irradiance, expected.deviation);
       gathered.Add(testing::IrradianceOf(*part, i), expected.irradiance, expected.deviation);
     }
-    std::printf("%.3g,%lu,%lu,%lu,%.3f,%.3f,%.4f,%.4f,%.0f,%.1f,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f\n",
-                share, report->links, report->leaves, report->rays, report->refine_s,
-                report->solve_s, RelativeError(constants), RelativeError(gathered),
-                static_cast<double>(part->rays) / static_cast<double>(points.size()),
-                1e6 * gather_s / static_cast<double>(points.size()) * pool.thread_count(),
-                report->error_estimate, report->error_spread, report->error_visibility,
-                report->error_coupling, report->error_solver, report->energy_imbalance);
+    std::printf(
+        "%.3g,%lu,%lu,%lu,%.3f,%.3f,%.4f,%.4f,%+.4f,%.0f,%.1f,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f\n",
+        share, report->links, report->leaves, report->rays, report->refine_s, report->solve_s,
+        Finished(constants).l1_relative, Finished(gathered).l1_relative,
+        Finished(gathered).bias_relative,
+        static_cast<double>(part->rays) / static_cast<double>(points.size()),
+        1e6 * gather_s / static_cast<double>(points.size()) * pool.thread_count(),
+        report->error_estimate, report->error_spread, report->error_visibility,
+        report->error_coupling, report->error_solver, report->energy_imbalance);
     std::fflush(stdout);
   }
   return 0;

@@ -210,8 +210,9 @@ TEST(HardEnclosures, ConcaveClosedScenes) {
       sums.Measure(std::abs(sum[s] / bench.hierarchy.surface_area_m2(s) - 1),
                    fmt::format("{}, surface {}", room, s));
     }
-    const std::vector<RowBounds> closed(n, {1, 1});
-    const auto closing = Close(*bench.product, bench.system, closed, 1e-3, bench.exchange);
+    const std::vector<RowMeasure> closed(n);
+    const auto closing =
+        Close(*bench.product, bench.system, closed, RowsMay::kRiseAndFall, 1e-3, bench.exchange);
     ASSERT_TRUE(closing.has_value());
     for (size_t i = 0; i < n; ++i) {
       const double d = bench.system.closure[i];
@@ -224,8 +225,9 @@ TEST(HardEnclosures, ConcaveClosedScenes) {
 void MeasureFurnace(const Scene& scene, double share, const std::string& where, HardCase& one) {
   constexpr double kMost = 0.9;
   LinkBench bench(Kirchhoff(scene, kMost, 23), share);
-  const std::vector<RowBounds> closed(bench.system.size(), {1, 1});
-  const auto closing = Close(*bench.product, bench.system, closed, 1e-6, bench.exchange);
+  const std::vector<RowMeasure> closed(bench.system.size());
+  const auto closing =
+      Close(*bench.product, bench.system, closed, RowsMay::kRiseAndFall, 1e-6, bench.exchange);
   ASSERT_TRUE(closing.has_value());
   LinkTransport transport(*bench.product, bench.system);
   SolverOptions options;

@@ -126,8 +126,9 @@ TEST(HardSolver, WhiteFurnaceOverLinks) {
                 "|B(1-rho)/E - 1| (1-rho) over the closure's residual", 1.01);
   for (const double rho : {0.5, 0.9, 0.99, 0.999, 0.99999}) {
     LinkBench bench(FurnaceCube(rho, 3.0), 1e-2 / (1 - rho));
-    const std::vector<RowBounds> closed(bench.system.size(), {1, 1});
-    const auto closing = Close(*bench.product, bench.system, closed, 1e-10, bench.exchange);
+    const std::vector<RowMeasure> closed(bench.system.size());
+    const auto closing =
+        Close(*bench.product, bench.system, closed, RowsMay::kRiseAndFall, 1e-10, bench.exchange);
     ASSERT_TRUE(closing.has_value());
     const SolverResult solved = SolveLinks(bench, ToAccuracy(1e-9));
     for (const Lanes& b : RadiosityOf(bench.system, solved)) {
@@ -457,8 +458,10 @@ TEST(HardSolver, ChannelsUnlikeEachOther) {
   measure(box.leaves, dense, "full matrix");
   LinkBench bench(FurnaceCube(0.5, 1), 1e-2);
   LinkTransport links(*bench.product, bench.system);
-  const std::vector<RowBounds> closed(bench.system.size(), {1, 1});
-  ASSERT_TRUE(Close(*bench.product, bench.system, closed, 1e-6, bench.exchange).has_value());
+  const std::vector<RowMeasure> closed(bench.system.size());
+  ASSERT_TRUE(
+      Close(*bench.product, bench.system, closed, RowsMay::kRiseAndFall, 1e-6, bench.exchange)
+          .has_value());
   measure(bench.system, links, "links");
 }
 
@@ -471,8 +474,10 @@ TEST(HardSolver, Symmetry) {
     const size_t n = bench.system.size();
     for (const bool after_closure : {false, true}) {
       if (after_closure) {
-        const std::vector<RowBounds> closed(n, {1, 1});
-        ASSERT_TRUE(Close(*bench.product, bench.system, closed, 1e-3, bench.exchange).has_value());
+        const std::vector<RowMeasure> closed(n);
+        ASSERT_TRUE(
+            Close(*bench.product, bench.system, closed, RowsMay::kRiseAndFall, 1e-3, bench.exchange)
+                .has_value());
       }
       const auto x = bench.RandomValues(2 * seed), z = bench.RandomValues(2 * seed + 1);
       std::vector<Lanes> kx(n), kz(n);

@@ -17,32 +17,93 @@ constexpr double kLeastInherited = 1.0 / 64, kMostInherited = 8;
 // The factors of what is inherited need no more than this: the others do the rest.
 constexpr double kInheritanceTolerance = 0.01;
 
+// How rows of many leaves differ from what rays say of them.
+struct RowScatter {
+  double mean = 0;  // of all leaves, what rays say less what rows are, as far as it is certain
+  double seen = 0;  // the same, certain or not
+  double deviation2 = 0;  // of single rows, without what rays scatter
+
+  // A row alone is drawn towards its rays by as much as they are better than it. How much must not
+  // depend on what the row is, and the mean of all rows, which is far better than any row, must
+  // stay where it is: what many rows lack of the rays counts only beyond two deviations of the
+  // latter.
+  double Target(double row, double rays, double rays_deviation) const {
+    const double trust = deviation2 / (deviation2 + rays_deviation * rays_deviation);
+    return std::max(0.0, row + trust * (rays - row - seen) + mean);
+  }
+};
+
+// Sums over leaves: of A, A (rays − row), A ((rays − row)² − σ²), A² σ².
+constexpr size_t kMoments = 4;
+RowScatter ScatterOf(std::span<const ExactSum> sums) {
+  RowScatter scatter;
+  const double area = sums[0].Value();
+  if (!(area > 0)) return scatter;
+  scatter.seen = sums[1].Value() / area;
+  const double seen2 = scatter.seen * scatter.seen;
+  scatter.deviation2 = std::max(0.0, sums[2].Value() / area - seen2);
+  const double chance2 = 4 * sums[3].Value() / (area * area);
+  if (seen2 > chance2) scatter.mean = scatter.seen * (1 - chance2 / seen2);
+  return scatter;
+}
+
 class Closer {
  public:
-  Closer(Product& product, LeafSystem& leaves, std::span<const RowBounds> bounds,
+  Closer(Product& product, LeafSystem& leaves, std::span<const RowMeasure> measured,
          Exchange& exchange)
       : product_(product),
         leaves_(leaves),
-        bounds_(bounds),
+        measured_(measured),
         exchange_(exchange),
         radiosity_(leaves.size()),
         row_(leaves.size()),
         inherited_(leaves.size()),
+        target_(leaves.size(), 0),
         off_(leaves.size(), 0) {}
 
-  // Rows with the factors of now, and how far the worst of all workers is from its bounds.
-  Result<double> Measure() {
+  // Rows with the factors of now.
+  Status MakeRows() {
     RETURN_IF_ERROR(product_.SetInheritance(leaves_.inheritance));
     for (size_t i = 0; i < leaves_.size(); ++i) radiosity_[i] = Single{leaves_.closure[i]};
-    RETURN_IF_ERROR(product_.Irradiance(radiosity_, kMost, row_, LinkScope::kAll, inherited_));
     ++products_;
+    return product_.Irradiance(radiosity_, kMost, row_, LinkScope::kAll, inherited_);
+  }
+
+  // What rows must become, from what they are.
+  Status SetTargets(RowsMay rows_may) {
+    Reduction reduction;
+    reduction.sums.resize(2 * kMoments);
+    for (size_t i = 0; i < leaves_.size(); ++i) {
+      const RowMeasure& rays = measured_[i];
+      if (!(Row(i) > 0) || rays.deviation == 0) continue;
+      const double area = leaves_.area_m2[i], off = rays.sum - Row(i);
+      ExactSum* sums = &reduction.sums[IsLamp(i) ? kMoments : 0];
+      sums[0].Add(area);
+      sums[1].Add(area * off);
+      sums[2].Add(area * (off * off - rays.deviation * rays.deviation));
+      sums[3].Add(area * area * rays.deviation * rays.deviation);
+    }
+    ASSIGN_OR_RETURN(const Reduction total, exchange_.Reduce(std::move(reduction)));
+    const std::array<RowScatter, 2> scatter = {ScatterOf(std::span(total.sums).first(kMoments)),
+                                               ScatterOf(std::span(total.sums).last(kMoments))};
+    for (size_t i = 0; i < leaves_.size(); ++i) {
+      const RowMeasure& rays = measured_[i];
+      target_[i] = rays.deviation > 0
+                       ? scatter[IsLamp(i) ? 1 : 0].Target(Row(i), rays.sum, rays.deviation)
+                       : rays.sum;
+      if (rows_may == RowsMay::kFall) target_[i] = std::min(target_[i], Row(i));
+    }
+    return {};
+  }
+
+  // How far the worst row of all workers is from its target.
+  Result<double> FarthestOff() {
     Reduction reduction;
     reduction.maxima = {0};
     for (size_t i = 0; i < leaves_.size(); ++i) {
       const double row = Row(i);
       if (!(row > 0)) continue;
-      const double target = Target(i, row);
-      off_[i] = std::abs(row - target) / std::max(target, kLeast);
+      off_[i] = std::abs(row - target_[i]) / std::max(target_[i], kLeast);
       reduction.maxima[0] = std::max(reduction.maxima[0], off_[i]);
     }
     ASSIGN_OR_RETURN(const Reduction total, exchange_.Reduce(std::move(reduction)));
@@ -68,10 +129,10 @@ class Closer {
   bool ScaleInherited(size_t i) {
     const double row = Row(i);
     double& factor = leaves_.inheritance[i];
-    const double from_above = leaves_.closure[i] * factor * inherited_[i][0];
+    const double from_above = Inherited(i);
     if (!(from_above > 0)) return false;
     // What should come from above, over what does; half of it by taking, half by giving.
-    const double wanted = Target(i, row) - (row - from_above);
+    const double wanted = target_[i] - (row - from_above);
     const double step = std::sqrt(std::max(wanted, 0.0) / from_above);
     const double next = factor * std::clamp(step, kSmallestStep, kLargestStep);
     factor = std::clamp(next, kLeastInherited, kMostInherited);
@@ -81,36 +142,43 @@ class Closer {
   void ScaleAll(size_t i) {
     const double row = Row(i);
     if (!(row > 0)) return;
-    const double step = std::sqrt(Target(i, row) / row);
+    const double step = std::sqrt(target_[i] / row);
     leaves_.closure[i] = std::clamp(
         leaves_.closure[i] * std::clamp(step, kSmallestStep, kLargestStep), kLeast, kMost);
   }
 
-  double Row(size_t i) const { return leaves_.closure[i] * row_[i][0]; }
-  double Target(size_t i, double row) const {
-    return std::clamp(row, bounds_[i].low, std::max(bounds_[i].low, bounds_[i].high));
+  bool IsLamp(size_t i) const {
+    const Lanes& e = leaves_.exitance[i];
+    return e[0] + e[1] + e[2] > 0;
   }
+  double Inherited(size_t i) const {
+    return leaves_.closure[i] * leaves_.inheritance[i] * inherited_[i][0];
+  }
+  double Row(size_t i) const { return leaves_.closure[i] * row_[i][0]; }
 
   Product& product_;
   LeafSystem& leaves_;
-  std::span<const RowBounds> bounds_;
+  std::span<const RowMeasure> measured_;
   Exchange& exchange_;
   std::vector<Single> radiosity_, row_, inherited_;
-  std::vector<double> off_;
+  std::vector<double> target_, off_;
   uint32_t products_ = 0;
 };
 
 }  // namespace
 
 Result<ClosureSummary> Close(Product& product, LeafSystem& leaves,
-                             std::span<const RowBounds> bounds, double tolerance,
-                             Exchange& exchange) {
-  Closer closer(product, leaves, bounds, exchange);
+                             std::span<const RowMeasure> measured, RowsMay rows_may,
+                             double tolerance, Exchange& exchange) {
+  Closer closer(product, leaves, measured, exchange);
   ClosureSummary summary;
   while (true) {
-    ASSIGN_OR_RETURN(summary.worst_after, closer.Measure());
+    RETURN_IF_ERROR(closer.MakeRows());
     summary.products = closer.products();
-    if (summary.products == 1) summary.worst_before = summary.worst_after;
+    const bool first = summary.products == 1;
+    if (first) RETURN_IF_ERROR(closer.SetTargets(rows_may));
+    ASSIGN_OR_RETURN(summary.worst_after, closer.FarthestOff());
+    if (first) summary.worst_before = summary.worst_after;
     if (summary.worst_after <= tolerance || summary.products >= kMostProducts) {
       summary.off = closer.off();
       return summary;

@@ -8,25 +8,29 @@
 
 namespace isolux {
 
-// What the row sum of a leaf may be, over its area. In a closed component both are 1; where light
-// escapes they are as far apart as the measured share is uncertain.
-struct RowBounds {
-  double low = 0, high = 1;
+// What rays independent of the links say of the row of a leaf, over its area: 1, for certain, in a
+// closed component; where light escapes as far off as its standard deviation.
+struct RowMeasure {
+  double sum = 1, deviation = 0;
 };
 
 struct ClosureSummary {
   uint32_t products = 0;
-  double worst_before =
-      0;  // of leaves without any factor, how far a row is from its bounds, as share
-  double worst_after = 0;
-  std::vector<double>
-      off;  // of each own leaf, how far its row is from its bounds in the end, as share
+  // Of leaves without any factor, how far a row is from what it must be, as share; and in the end.
+  double worst_before = 0, worst_after = 0;
+  std::vector<double> off;  // in the end, of each own leaf
 };
 
+// What rows may be made to add up to.
+enum class RowsMay { kRiseAndFall, kFall };
+
 // Improves leaves.inheritance and leaves.closure, starting from what is there, until every row is
-// within its bounds to `tolerance`, or twenty products are spent.
+// what it must be to `tolerance`, or twenty products are spent. That is, where `measured` is not
+// certain, the mean of what the links and what the rays say, weighted by how far rows scatter and
+// rays may be off: pulling each row by a share of its distance leaves the mean of all rows where it
+// is, which holding rows within bounds does not, since they are off by more above than below.
 Result<ClosureSummary> Close(Product& product, LeafSystem& leaves,
-                             std::span<const RowBounds> bounds, double tolerance,
-                             Exchange& exchange);
+                             std::span<const RowMeasure> measured, RowsMay rows_may,
+                             double tolerance, Exchange& exchange);
 
 }  // namespace isolux

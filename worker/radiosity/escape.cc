@@ -10,7 +10,9 @@
 namespace isolux {
 namespace {
 
-constexpr double kScoutRays = 65536;  // over the whole scene, in proportion to area
+// Over the whole scene, half of them in proportion to area, half to emitted power.
+constexpr double kScoutRays = 131072;
+constexpr double kPowerRays = 16384;  // over all leaves that emit, in proportion to power
 constexpr double kClosedRays = 15;    // times 1/(a (1 − ρ̄)): see the header
 
 // A packet of cosine-distributed rays from points of a polygon.
@@ -58,6 +60,7 @@ Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, double accu
   const Scene& scene = hierarchy.scene();
   const auto surfaces = hierarchy.surfaces();
   const double total_area = hierarchy.clusters()[0].area_m2;
+  const double total_power = Sum(hierarchy.emitted_w());
   std::vector<std::array<uint32_t, 2>> surface_of(scene.polygons.size());
   for (uint32_t s = 0; s < surfaces.size(); ++s) {
     surface_of[surfaces[s].polygon][static_cast<int>(surfaces[s].side)] = s;
@@ -65,8 +68,11 @@ Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, double accu
   std::vector<Scouted> scouted(surfaces.size());
   pool.For(surfaces.size(), 64, [&](size_t begin, size_t end, int) {
     for (size_t s = begin; s < end; ++s) {
-      const double share = hierarchy.surface_area_m2(s) / total_area;
-      const int packets = std::clamp(static_cast<int>(kScoutRays / 8 * share), 2, 2048);
+      const double area = hierarchy.surface_area_m2(s);
+      const double power = total_power > 0 ? area * Sum(surfaces[s].exitance) / total_power : 0.0;
+      const double share = 0.5 * (area / total_area + power);
+      const int packets =
+          std::clamp(static_cast<int>(kScoutRays / RayScene::kPacket * share), 2, 4096);
       Random random(Hash(seed, 0x5c0u, s));
       for (int k = 0; k < packets; ++k) {
         const auto escapes = CosineRays(DrawnIn(hierarchy.geometry(s), rays.coordinate_noise_m()),
@@ -99,12 +105,13 @@ Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, double accu
     p.area += hierarchy.surface_area_m2(s);
     p.reflecting += hierarchy.surface_area_m2(s) * std::max({rho.x, rho.y, rho.z});
   }
-  Scout scout{std::vector<float>(surfaces.size()), std::vector<uint8_t>(surfaces.size()),
-              std::vector<uint32_t>(surfaces.size())};
+  Scout scout{std::vector<float>(surfaces.size()), std::vector<uint32_t>(surfaces.size()),
+              std::vector<uint8_t>(surfaces.size()), std::vector<uint32_t>(surfaces.size())};
   for (uint32_t s = 0; s < surfaces.size(); ++s) {
     scout.component[s] = components.Find(s);
     const Pool& p = pools[scout.component[s]];
     const double absorbed = std::max(1e-6, 1 - p.reflecting / p.area);
+    scout.rays[s] = scouted[s].rays;
     scout.escape[s] = static_cast<float>(scouted[s].escaped) / static_cast<float>(scouted[s].rays);
     scout.closed[s] =
         p.escaped == 0 && static_cast<double>(p.rays) * accuracy * absorbed >= kClosedRays;
@@ -112,24 +119,28 @@ Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, double accu
   return scout;
 }
 
+int EscapeRaysOf(double share_of_emitted_power) {
+  const double packets = std::round(kPowerRays / RayScene::kPacket * share_of_emitted_power);
+  return RayScene::kPacket * std::max(kEscapeRays / RayScene::kPacket, static_cast<int>(packets));
+}
+
 double EscapeShare(const Hierarchy& hierarchy, const RayScene& rays, const NodeId& id,
-                   const ConvexPolygon& polygon, double prior, uint64_t seed) {
+                   const ConvexPolygon& polygon, double prior, int ray_count, uint64_t seed) {
   Random random(Hash(seed, 0xe5c0u, Hash(id.surface, id.path)));
   int escaped = 0;
-  for (int k = 0; k < kEscapeRays / RayScene::kPacket; ++k) {
+  for (int k = 0; k < ray_count / RayScene::kPacket; ++k) {
     const auto escapes = CosineRays(DrawnIn(polygon, rays.coordinate_noise_m()),
                                     hierarchy.surfaces()[id.surface].polygon, random);
     for (const RayHit& hit : rays.Trace(escapes, RayScene::kPacket)) {
       if (!TakesPart(hierarchy.scene(), hit)) ++escaped;
     }
   }
-  return (escaped + kPriorRays * prior) / (kEscapeRays + kPriorRays);
+  return (escaped + kPriorRays * prior) / (ray_count + kPriorRays);
 }
 
-double EscapeDeviation(double share) {
-  constexpr double kRays = kEscapeRays + kPriorRays;
-  const double v = (share * kRays + 0.5) / (kRays + 1);
-  return std::sqrt(v * (1 - v) / kRays);
+double EscapeDeviation(double share, double ray_count) {
+  const double v = (share * ray_count + 0.5) / (ray_count + 1);
+  return std::sqrt(v * (1 - v) / ray_count);
 }
 
 }  // namespace isolux

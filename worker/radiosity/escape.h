@@ -14,6 +14,7 @@ namespace isolux {
 // What a scout of the whole scene finds, for each surface. Depends on the scene and the seed alone.
 struct Scout {
   std::vector<float> escape;    // share of cosine-distributed rays that reach no participating side
+  std::vector<uint32_t> rays;   // that tell so
   std::vector<uint8_t> closed;  // whether none of n pooled rays left the surface's component of the
                                 // scene, with n ≥ 15/(a (1 − ρ̄)) for the accuracy a
   std::vector<uint32_t> component;  // the lowest surface of the surface's component
@@ -23,12 +24,16 @@ struct Scout {
 Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, double accuracy, uint64_t seed,
                    ThreadPool& pool);
 
-// Share of the light of an element that escapes: of kEscapeRays seeded cosine-distributed rays,
-// drawn towards the share of the element it is part of as by kPriorRays more.
+// Rays that tell what share of an element's light escapes: at least kEscapeRays, and more where
+// much of the scene's power comes from, since what a lamp loses all else lacks.
 inline constexpr int kEscapeRays = 32, kPriorRays = 16;
+int EscapeRaysOf(double share_of_emitted_power);
+
+// Share of the light of an element that escapes: of so many seeded cosine-distributed rays, drawn
+// towards the share of the element it is part of as by kPriorRays more.
 double EscapeShare(const Hierarchy& hierarchy, const RayScene& rays, const NodeId& id,
-                   const ConvexPolygon& polygon, double prior, uint64_t seed);
-// Standard deviation of that.
-double EscapeDeviation(double share);
+                   const ConvexPolygon& polygon, double prior, int ray_count, uint64_t seed);
+// Standard deviation of a share that so many rays tell, those of the prior among them.
+double EscapeDeviation(double share, double ray_count);
 
 }  // namespace isolux
