@@ -165,7 +165,7 @@ TEST(ShaftTest, APartitionFromWallToWallBlocks) {
 }
 
 TEST(OccluderTreeTest, FindsWhatAllTestsTogetherFind) {
-  for (uint64_t seed = 1; seed <= 40; ++seed) {
+  for (uint64_t seed = 1; seed <= 200; ++seed) {
     Random random(Hash(seed, 31));
     OccluderSet set(std::sqrt(3.0));
     const int count = static_cast<int>(1 + random.Bits() % 300);
@@ -176,7 +176,7 @@ TEST(OccluderTreeTest, FindsWhatAllTestsTogetherFind) {
     const OccluderTree tree(set);
     std::vector<uint32_t> everything(set.size()), found, filtered, direct;
     for (uint32_t i = 0; i < set.size(); ++i) everything[i] = i;
-    for (int k = 0; k < 30; ++k) {
+    for (int k = 0; k < 50; ++k) {
       Pair pair;
       if (!MakePair(random, false, &pair)) continue;
       const Shaft shaft(End(pair.p_front, pair.p), End(pair.q_front, pair.q), set.tolerance_m());
