@@ -1,5 +1,5 @@
 // Hard cases of closed and nearly closed rooms: what must stay dark, what passes a pinhole, rows
-// and furnaces in rooms that are not convex.
+// in rooms that are not convex.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -152,46 +152,7 @@ TEST(HardEnclosures, PinholesBetweenTwoRooms) {
   some.Measure(std::abs(std::log10(PassesThrough(0.01, 0.01))));
 }
 
-// ---- rows and furnaces
-
-// A room with an L for its floor: 2 × 2 without a quarter.
-Scene LRoom() {
-  SceneSketch sketch;
-  const uint32_t wall = sketch.Material("wall", 0.5, 1);
-  constexpr uint8_t kSides = kFrontTakesPart | kFrontEmits;
-  for (const bool upper : {false, true}) {
-    for (const auto& [x, y] : {std::pair(0, 0), std::pair(1, 0), std::pair(0, 1)}) {
-      sketch.Rectangle(2, upper ? 1 : 0, {1.0 * x, 1.0 * y}, {x + 1.0, y + 1.0}, !upper, wall,
-                       kSides);
-    }
-  }
-  sketch.Rectangle(0, 0, {0, 0}, {2, 1}, true, wall, kSides);
-  sketch.Rectangle(0, 2, {0, 0}, {1, 1}, false, wall, kSides);
-  sketch.Rectangle(0, 1, {1, 0}, {2, 1}, false, wall, kSides);
-  sketch.Rectangle(1, 0, {0, 0}, {1, 2}, true, wall, kSides);
-  sketch.Rectangle(1, 2, {0, 0}, {1, 1}, false, wall, kSides);
-  sketch.Rectangle(1, 1, {0, 1}, {1, 2}, false, wall, kSides);
-  return sketch.Take();
-}
-
-// A room with a column from floor to ceiling.
-Scene ColumnRoom() {
-  SceneSketch sketch;
-  const uint32_t wall = sketch.Material("wall", 0.5, 1);
-  constexpr uint8_t kSides = kFrontTakesPart | kFrontEmits;
-  constexpr uint8_t kBack = kBackTakesPart | kBackEmits;
-  sketch.WallWithHole(2, 0, {0, 0}, {1, 1}, {0.5, 0.5}, 0.2, wall, kSides);
-  sketch.WallWithHole(2, 1, {0, 0}, {1, 1}, {0.5, 0.5}, 0.2, wall, kBack);
-  for (int axis = 0; axis < 2; ++axis) {
-    for (const bool upper : {false, true}) {
-      sketch.Rectangle(axis, upper ? 1 : 0, {0, 0}, {1, 1}, !upper, wall, kSides);
-      const std::array<double, 2> low = axis == 0 ? std::array{0.4, 0.0} : std::array{0.0, 0.4};
-      const std::array<double, 2> high = axis == 0 ? std::array{0.6, 1.0} : std::array{1.0, 0.6};
-      sketch.Rectangle(axis, upper ? 0.6 : 0.4, low, high, upper, wall, kSides);
-    }
-  }
-  return sketch.Take();
-}
+// ---- rows
 
 TEST(HardEnclosures, ConcaveClosedScenes) {
   HardCase sums("33", "closed rooms that are not convex: an L, one with a column",
@@ -219,38 +180,6 @@ TEST(HardEnclosures, ConcaveClosedScenes) {
       closure.Measure(std::abs(d * d - 1), fmt::format("{}, leaf {}", room, i));
     }
   }
-}
-
-// B = 1 everywhere, as far as rows add up to 1.
-void MeasureFurnace(const Scene& scene, double share, const std::string& where, HardCase& one) {
-  constexpr double kMost = 0.9;
-  LinkBench bench(Kirchhoff(scene, kMost, 23), share);
-  const std::vector<RowMeasure> closed(bench.system.size());
-  const auto closing =
-      Close(*bench.product, bench.system, closed, RowsMay::kRiseAndFall, 1e-6, bench.exchange);
-  ASSERT_TRUE(closing.has_value());
-  LinkTransport transport(*bench.product, bench.system);
-  SolverOptions options;
-  options.accuracy = 1e-8;
-  const auto solved = Solve(SolverMethod::kConjugateGradients, transport, bench.system,
-                            std::vector<Lanes>(bench.system.size()), options, bench.exchange);
-  ASSERT_TRUE(solved.has_value());
-  for (size_t i = 0; i < bench.system.size(); ++i) {
-    for (int c = 0; c < 3; ++c) {
-      const double b =
-          bench.system.exitance[i][c] + bench.system.reflectance[i][c] * solved->irradiance[i][c];
-      one.Measure(std::abs(b - 1) * (1 - kMost) / std::max(closing->worst_after, 1e-6),
-                  fmt::format("{}, closed to {:.2g}", where, closing->worst_after));
-    }
-  }
-}
-
-TEST(HardEnclosures, KirchhoffFurnaces) {
-  HardCase one("23a", "E = 1 - rho, random rho up to .9, over links: L, column, Cornell box",
-               "|B - 1| (1 - largest rho) over the closure's residual", 1);
-  MeasureFurnace(LRoom(), 1e-3, "L", one);
-  MeasureFurnace(ColumnRoom(), 1e-3, "column", one);
-  MeasureFurnace(ClosedCornellBox(), 1e-3, "Cornell box", one);
 }
 
 }  // namespace

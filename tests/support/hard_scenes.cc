@@ -113,6 +113,43 @@ Scene ClosedCornellBox() {
   return scene;
 }
 
+Scene LRoom() {
+  SceneSketch sketch;
+  const uint32_t wall = sketch.Material("wall", 0.5, 1);
+  constexpr uint8_t kSides = kFrontTakesPart | kFrontEmits;
+  for (const bool upper : {false, true}) {
+    for (const auto& [x, y] : {std::pair(0, 0), std::pair(1, 0), std::pair(0, 1)}) {
+      sketch.Rectangle(2, upper ? 1 : 0, {1.0 * x, 1.0 * y}, {x + 1.0, y + 1.0}, !upper, wall,
+                       kSides);
+    }
+  }
+  sketch.Rectangle(0, 0, {0, 0}, {2, 1}, true, wall, kSides);
+  sketch.Rectangle(0, 2, {0, 0}, {1, 1}, false, wall, kSides);
+  sketch.Rectangle(0, 1, {1, 0}, {2, 1}, false, wall, kSides);
+  sketch.Rectangle(1, 0, {0, 0}, {1, 2}, true, wall, kSides);
+  sketch.Rectangle(1, 2, {0, 0}, {1, 1}, false, wall, kSides);
+  sketch.Rectangle(1, 1, {0, 1}, {1, 2}, false, wall, kSides);
+  return sketch.Take();
+}
+
+Scene ColumnRoom() {
+  SceneSketch sketch;
+  const uint32_t wall = sketch.Material("wall", 0.5, 1);
+  constexpr uint8_t kSides = kFrontTakesPart | kFrontEmits;
+  constexpr uint8_t kBack = kBackTakesPart | kBackEmits;
+  sketch.WallWithHole(2, 0, {0, 0}, {1, 1}, {0.5, 0.5}, 0.2, wall, kSides);
+  sketch.WallWithHole(2, 1, {0, 0}, {1, 1}, {0.5, 0.5}, 0.2, wall, kBack);
+  for (int axis = 0; axis < 2; ++axis) {
+    for (const bool upper : {false, true}) {
+      sketch.Rectangle(axis, upper ? 1 : 0, {0, 0}, {1, 1}, !upper, wall, kSides);
+      const std::array<double, 2> low = axis == 0 ? std::array{0.4, 0.0} : std::array{0.0, 0.4};
+      const std::array<double, 2> high = axis == 0 ? std::array{0.6, 1.0} : std::array{1.0, 0.6};
+      sketch.Rectangle(axis, upper ? 0.6 : 0.4, low, high, upper, wall, kSides);
+    }
+  }
+  return sketch.Take();
+}
+
 Scene RandomClosedRoom(uint64_t seed) {
   Random random(Mix(seed ^ 0xc105edu));
   const auto unit = [&] { return random.Unit(); };

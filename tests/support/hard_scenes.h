@@ -16,6 +16,9 @@ inline constexpr uint8_t kBothTakePart = kFrontTakesPart | kBackTakesPart;
 // Puts scenes together from quads and boxes; metres.
 class SceneSketch {
  public:
+  SceneSketch() = default;
+  explicit SceneSketch(Scene begun) : scene_(std::move(begun)) {}
+
   // Grey; exitance in W/m².
   uint32_t Material(const std::string& name, double reflectance, double exitance = 0);
 
@@ -45,6 +48,10 @@ double ArrivingAt(const PatchFile& patch, uint32_t first);
 Scene FurnishedRoom();
 // The Cornell box with both blocks, closed in front.
 Scene ClosedCornellBox();
+// Closed rooms that are not convex, all of whose walls emit: with an L for its floor (2 × 2 without
+// a quarter), and with a column from floor to ceiling.
+Scene LRoom();
+Scene ColumnRoom();
 // A closed room with a random few of: boxes, screens, lamps; random colours. Small.
 Scene RandomClosedRoom(uint64_t seed);
 

@@ -2,24 +2,20 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 
 #include "client/import/import.h"
+#include "tests/support/shared_folder.h"
 
 namespace isolux {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Folder of the collection: ISOLUX_SHARED, or `shared` beside the source tree; empty where neither
-// is.
+// Of the collection; empty where there is none.
 std::string SharedScenes() {
-  const char* given = std::getenv("ISOLUX_SHARED");
-  const fs::path folder =
-      (given != nullptr ? fs::path(given) : fs::path(ISOLUX_SOURCE_DIR).parent_path() / "shared") /
-      "scenes";
+  const fs::path folder = fs::path(testing::SharedFolder()) / "scenes";
   return fs::is_directory(folder) ? folder.string() : std::string();
 }
 

@@ -5,14 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
 #include <vector>
 
+#include "tests/support/shared_folder.h"
 #include "tests/worker/coupling/random_pairs.h"
 #include "tests/worker/coupling/reference.h"
 #include "worker/coupling/clip.h"
@@ -22,7 +21,6 @@
 namespace isolux {
 namespace {
 
-namespace fs = std::filesystem;
 constexpr double kPi = std::numbers::pi;
 
 struct ExactCase {
@@ -186,14 +184,10 @@ TEST(Reference, AgreesWithItselfByAnotherWay) {
   }
 }
 
-// --- The collection of exact cases: exact_cases.json in the folder ISOLUX_SHARED, or `shared`
-// beside the source tree.
+// --- The collection of exact cases: exact_cases.json in the shared folder.
 
 nlohmann::json Collection() {
-  const char* given = std::getenv("ISOLUX_SHARED");
-  const fs::path folder =
-      given != nullptr ? fs::path(given) : fs::path(ISOLUX_SOURCE_DIR).parent_path() / "shared";
-  std::ifstream file(folder / "exact_cases.json");
+  std::ifstream file(testing::SharedFolder() + "/exact_cases.json");
   return file ? nlohmann::json::parse(file).at("cases") : nlohmann::json();
 }
 
