@@ -33,9 +33,9 @@ double ProductSeconds(testing::LinkBench& bench) {
   double least = HUGE_VAL;
   for (int run = 0; run <= kRuns; ++run) {
     const double start = CpuSeconds();
-    EXPECT_TRUE(
-        bench.product->Irradiance(std::span<const V>(radiosity), 1.0, std::span<V>(irradiance))
-            .ok());
+    EXPECT_TRUE(bench.product
+                    ->Irradiance(std::span<const V>(radiosity), V{} + 1.0, std::span<V>(irradiance))
+                    .ok());
     if (run > 0) least = std::min(least, CpuSeconds() - start);
   }
   return least;

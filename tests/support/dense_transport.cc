@@ -86,13 +86,13 @@ Lanes DenseTransport::Row(size_t leaf, std::span<const Lanes> radiosity) {
   return sum * (leaves_.closure[leaf] / leaves_.area_m2[leaf]);
 }
 
-Status DenseTransport::Irradiance(std::span<const Lanes> radiosity, double,
+Status DenseTransport::Irradiance(std::span<const Lanes> radiosity, const Lanes&,
                                   std::span<Lanes> irradiance) {
   for (size_t i = 0; i < radiosity.size(); ++i) irradiance[i] = Row(i, radiosity);
   return {};
 }
 
-Status DenseTransport::IrradianceFromOthers(std::span<const Lanes>, double,
+Status DenseTransport::IrradianceFromOthers(std::span<const Lanes>, const Lanes&,
                                             std::span<Lanes> irradiance) {
   std::fill(irradiance.begin(), irradiance.end(), Lanes{});
   return {};

@@ -15,9 +15,9 @@ class DenseTransport final : public Transport {
   // coupling_m2: n×n, symmetric, C_ij = A_i F_ij; `leaves.closure` is applied on both sides.
   DenseTransport(std::vector<double> coupling_m2, const LeafSystem& leaves);
 
-  Status Irradiance(std::span<const Lanes> radiosity, double bound,
+  Status Irradiance(std::span<const Lanes> radiosity, const Lanes& bound,
                     std::span<Lanes> irradiance) override;
-  Status IrradianceFromOthers(std::span<const Lanes> radiosity, double bound,
+  Status IrradianceFromOthers(std::span<const Lanes> radiosity, const Lanes& bound,
                               std::span<Lanes> irradiance) override;
   void Sweep(std::span<Lanes> radiosity, std::span<const Lanes> from_others,
              const Update& update) override;

@@ -15,15 +15,28 @@
 
 namespace isolux::testing {
 
+// What a scout of a closed room of one component would find, without its rays.
+inline Scout ClosedWithoutLooking(const Hierarchy& hierarchy) {
+  const size_t n = hierarchy.surfaces().size();
+  Scout scout;
+  scout.escape.assign(n, 0);
+  scout.closed.assign(n, 1);
+  scout.component.assign(n, 0);
+  return scout;
+}
+
 // The parts of a shard laid open, refined once to a share of the emitted power.
 struct LinkBench {
-  LinkBench(Scene scene_in, double share, int threads = 2)
+  // scouted: whether rays look for components and for light that escapes, which takes longer than
+  // all the rest of a small room.
+  LinkBench(Scene scene_in, double share, int threads = 2, bool scouted = true)
       : scene(std::move(scene_in)),
         pool(threads),
         hierarchy(scene),
         rays(hierarchy),
         tree(hierarchy) {
-    const Scout scout = ScoutEscapes(hierarchy, rays, 0.02, 1, pool);
+    const Scout scout =
+        scouted ? ScoutEscapes(hierarchy, rays, 0.02, 1, pool) : ClosedWithoutLooking(hierarchy);
     const Snapshot start = AmbientSnapshot(hierarchy, scout);
     tree.SetComponents(scout.component);
     double emitted = 0;
@@ -61,7 +74,7 @@ struct LinkBench {
 
   std::vector<Lanes> Irradiance(const std::vector<Lanes>& radiosity) {
     std::vector<Lanes> result(radiosity.size());
-    EXPECT_TRUE(product->Irradiance(radiosity, 1.0, result).ok());
+    EXPECT_TRUE(product->Irradiance(radiosity, Splat(1), result).ok());
     return result;
   }
 

@@ -66,7 +66,7 @@ class Closer {
     RETURN_IF_ERROR(product_.SetInheritance(leaves_.inheritance));
     for (size_t i = 0; i < leaves_.size(); ++i) radiosity_[i] = Single{leaves_.closure[i]};
     ++products_;
-    return product_.Irradiance(radiosity_, kMost, row_, LinkScope::kAll, inherited_);
+    return product_.Irradiance(radiosity_, Single{kMost}, row_, LinkScope::kAll, inherited_);
   }
 
   // What rows must become, from what they are.

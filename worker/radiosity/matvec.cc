@@ -145,30 +145,35 @@ void Product::AddLinks<Single>(size_t first, size_t last, const Single* value,
 }
 
 template <typename V>
-Status Product::IrradianceOf(std::span<const V> radiosity, double bound, std::span<V> irradiance,
+Status Product::IrradianceOf(std::span<const V> radiosity, const V& bound, std::span<V> irradiance,
                              LinkScope scope, std::span<V> inherited) {
-  bound *= gain_;
-  if (!(bound > 0)) {
+  // |F x| ≤ |x| < 2^50 units: the sum of a row that adds up to 1 has room to spare.
+  V scale = V{} + 1.0, unit = scale;
+  bool any = false;
+  for (int c = 0; c < kChannelsOf<V>; ++c) {
+    if (!(gain_ * bound[c] > 0)) continue;
+    any = true;
+    const int exponent = std::min(1000, 49 - std::ilogb(gain_ * bound[c]));
+    scale[c] = std::ldexp(1.0, exponent);
+    unit[c] = std::ldexp(1.0, -exponent);
+  }
+  if (!any) {
     // Nothing radiates, here or anywhere.
     std::fill(irradiance.begin(), irradiance.end(), V{});
     return {};
   }
-  // |F x| ≤ |x| < 2^50 units: the sum of a row that adds up to 1 has room to spare.
-  const int exponent = 49 - std::ilogb(bound);
   using Int = MaskOf<V>;
   factors();
   const auto apply = [&](size_t first, size_t last, Int* sum) {
     AddLinks<V>(first, last, values<V>().of_slot.data(), sum);
   };
   std::vector<Int> sums(leaf_count());
-  RETURN_IF_ERROR((Transport<V, Int>(radiosity, std::ldexp(1.0, exponent), kChannelsOf<V>, {},
-                                     apply, sums, scope)));
-  const double unit = std::ldexp(1.0, -exponent);
+  RETURN_IF_ERROR((Transport<V, Int>(radiosity, scale, kChannelsOf<V>, {}, apply, sums, scope)));
   const std::vector<Int>& from_above = totals<Int>().from_above;
   const auto convert = [&](std::span<V> to, const std::vector<Int>& from) {
     for (size_t i = 0; i < to.size(); ++i) {
       for (int lane = 0; lane < kLanesOf<V>; ++lane) {
-        to[i][lane] = static_cast<double>(from[i][lane]) * unit;
+        to[i][lane] = static_cast<double>(from[i][lane]) * unit[lane];
       }
     }
   };
@@ -177,15 +182,15 @@ Status Product::IrradianceOf(std::span<const V> radiosity, double bound, std::sp
   return {};
 }
 
-template Status Product::IrradianceOf(std::span<const Single>, double, std::span<Single>, LinkScope,
-                                      std::span<Single>);
-template Status Product::IrradianceOf(std::span<const Lanes>, double, std::span<Lanes>, LinkScope,
-                                      std::span<Lanes>);
+template Status Product::IrradianceOf(std::span<const Single>, const Single&, std::span<Single>,
+                                      LinkScope, std::span<Single>);
+template Status Product::IrradianceOf(std::span<const Lanes>, const Lanes&, std::span<Lanes>,
+                                      LinkScope, std::span<Lanes>);
 
 Status Product::SetInheritance(std::span<const double> of_leaves) {
   CHECK_EQ(of_leaves.size(), inheritance_.size());
   std::copy(of_leaves.begin(), of_leaves.end(), inheritance_.begin());
-  PullOwn<Single>(std::vector<Single>(leaf_count(), Single{1.0}), 1);
+  PullOwn<Single>(std::vector<Single>(leaf_count(), Single{1.0}), Single{1.0});
   const std::vector<Single>& value = values<Single>().of_slot;
   Reduction reduction;
   reduction.maxima = {1};
@@ -243,7 +248,7 @@ V Product::PullCluster(uint32_t cluster, int direction) const {
 }
 
 template <typename V>
-void Product::PullOwn(std::span<const V> leaf_values, double scale) {
+void Product::PullOwn(std::span<const V> leaf_values, const V& scale) {
   CHECK_EQ(leaf_values.size(), active_.leaves.size());
   std::vector<V>& value = values<V>().of_slot;
   for (size_t i = 0; i < leaf_values.size(); ++i) {
@@ -462,7 +467,7 @@ void Product::PushDown(std::array<Inherit, kLanesOf<Int>> inherit, std::span<Int
 
 // What Sums asks for.
 template Product::Values<Single>& Product::values();
-template void Product::PullOwn(std::span<const Single>, double);
+template void Product::PullOwn(std::span<const Single>, const Single&);
 template Status Product::SendOwnValues<Single>();
 template Status Product::ReceiveOtherValues<Single>();
 template Product::Totals<IntSingle>& Product::totals();

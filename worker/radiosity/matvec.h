@@ -44,15 +44,18 @@ class Product {
   std::span<const Link> local_links() const { return local_; }  // between own nodes
 
   // Irradiance (W/m²) at own leaves from the radiosity of all leaves, of which `radiosity` are our
-  // own; `bound` is not less than any |radiosity| at any worker, and the same at all of them.
+  // own; `bound` is, of each channel, not less than any |radiosity| at any worker, and the same at
+  // all of them: it sets the channel's unit, so that channels do not depend on each other.
   // `inherited` gets, where it is not empty, what the nodes above each leaf hand down to it, before
   // its factor. The fourth of Lanes is not exchanged and must be 0.
-  Status Irradiance(std::span<const Lanes> radiosity, double bound, std::span<Lanes> irradiance,
-                    LinkScope scope = LinkScope::kAll, std::span<Lanes> inherited = {}) {
+  Status Irradiance(std::span<const Lanes> radiosity, const Lanes& bound,
+                    std::span<Lanes> irradiance, LinkScope scope = LinkScope::kAll,
+                    std::span<Lanes> inherited = {}) {
     return IrradianceOf<Lanes>(radiosity, bound, irradiance, scope, inherited);
   }
-  Status Irradiance(std::span<const Single> radiosity, double bound, std::span<Single> irradiance,
-                    LinkScope scope = LinkScope::kAll, std::span<Single> inherited = {}) {
+  Status Irradiance(std::span<const Single> radiosity, const Single& bound,
+                    std::span<Single> irradiance, LinkScope scope = LinkScope::kAll,
+                    std::span<Single> inherited = {}) {
     return IrradianceOf<Single>(radiosity, bound, irradiance, scope, inherited);
   }
 
@@ -105,12 +108,12 @@ class Product {
   Totals<Int>& totals();
 
   template <typename V>
-  Status IrradianceOf(std::span<const V> radiosity, double bound, std::span<V> irradiance,
+  Status IrradianceOf(std::span<const V> radiosity, const V& bound, std::span<V> irradiance,
                       LinkScope scope, std::span<V> inherited);
   // apply(first, last, sums): adds what the links first … last − 1 bring, in the order of ends_.
   // lanes: of the sums that are exchanged.
   template <typename V, typename Int, typename Apply>
-  Status Transport(std::span<const V> values, double scale, int lanes,
+  Status Transport(std::span<const V> values, const V& scale, int lanes,
                    std::array<Inherit, kLanesOf<Int>> inherit, const Apply& apply,
                    std::span<Int> sums, LinkScope scope);
   template <typename V>
@@ -126,7 +129,7 @@ class Product {
   template <typename V>
   V Upward(uint32_t child) const;
   template <typename V>
-  void PullOwn(std::span<const V> leaf_values, double scale);
+  void PullOwn(std::span<const V> leaf_values, const V& scale);
   template <typename V>
   void PullCrown(std::span<const double> cut_values);
   template <typename V>
@@ -176,7 +179,7 @@ inline const Link& Product::LinkAt(size_t place) const {
 }
 
 template <typename V, typename Int, typename Apply>
-Status Product::Transport(std::span<const V> values, double scale, int lanes,
+Status Product::Transport(std::span<const V> values, const V& scale, int lanes,
                           std::array<Inherit, kLanesOf<Int>> inherit, const Apply& apply,
                           std::span<Int> sums, LinkScope scope) {
   ++products_;
@@ -211,7 +214,8 @@ Status Product::Sums(std::span<const Single> values, std::array<Inherit, kLanesO
       sum[e.q] += ToInteger(to_q);
     }
   };
-  return Transport<Single, Int>(values, 1, kLanesOf<Int>, inherit, apply, sums, LinkScope::kAll);
+  return Transport<Single, Int>(values, Single{1}, kLanesOf<Int>, inherit, apply, sums,
+                                LinkScope::kAll);
 }
 
 }  // namespace isolux

@@ -18,16 +18,17 @@ constexpr double kNothingLeft = 1e-30;
 
 template <typename V>
 Result<std::vector<V>> ReduceSums(Exchange& exchange, const std::vector<ChannelSums<V>>& mine,
-                                  double largest, double* largest_of_all) {
+                                  V* largest) {
   Reduction reduction;
-  reduction.maxima = {largest};
+  const size_t maxima = largest != nullptr ? kChannelsOf<V> : 0;
+  for (size_t c = 0; c < maxima; ++c) reduction.maxima.push_back((*largest)[c]);
   for (const ChannelSums<V>& lanes : mine)
     reduction.sums.insert(reduction.sums.end(), lanes.begin(), lanes.end());
   ASSIGN_OR_RETURN(const Reduction total, exchange.Reduce(std::move(reduction)));
-  if (total.sums.size() != mine.size() * kChannelsOf<V> || total.maxima.size() != 1) {
+  if (total.sums.size() != mine.size() * kChannelsOf<V> || total.maxima.size() != maxima) {
     return Error(StatusCode::kInternal, "a reduction came back with another length");
   }
-  *largest_of_all = total.maxima[0];
+  for (size_t c = 0; c < maxima; ++c) (*largest)[c] = total.maxima[c];
   std::vector<V> result(mine.size(), V{});
   for (size_t i = 0; i < mine.size(); ++i) {
     for (int c = 0; c < kChannelsOf<V>; ++c)
@@ -71,13 +72,12 @@ MaskOf<V> Stopping<V>::Going() const {
 template <typename V>
 Status Finish(const Problem<V>& problem, std::vector<V> radiosity, SolverResultOf<V>* result) {
   const LeafSystemOf<V>& leaves = problem.leaves;
-  double bound = 0;
   for (V& b : radiosity) {
     b = Maximum(b, V{});
     ClearSpare(b);
-    bound = std::max(bound, LargestOf(b));
   }
-  ASSIGN_OR_RETURN(auto sums, ReduceSums<V>(problem.exchange, {}, bound, &bound));
+  V bound = LargestOf<V>(radiosity);
+  ASSIGN_OR_RETURN(auto sums, ReduceSums<V>(problem.exchange, {}, &bound));
   result->irradiance.resize(leaves.size());
   RETURN_IF_ERROR(problem.transport.Irradiance(radiosity, bound, result->irradiance));
   ++result->products;
@@ -86,7 +86,7 @@ Status Finish(const Problem<V>& problem, std::vector<V> radiosity, SolverResultO
     const V next = leaves.exitance[i] + leaves.reflectance[i] * result->irradiance[i];
     Add(leaves.area_m2[i] * Absolute(next - radiosity[i]), left);
   }
-  ASSIGN_OR_RETURN(sums, ReduceSums<V>(problem.exchange, {left}, 0, &bound));
+  ASSIGN_OR_RETURN(sums, ReduceSums<V>(problem.exchange, {left}, nullptr));
   SetResidual(problem, sums[0], result);
   return {};
 }
@@ -109,7 +109,7 @@ void SetEigenvalue(const Scalars<V>& rate, SolverResultOf<V>* result) {
 // What the methods' files ask for, and the two kinds of channels.
 #define ISOLUX_FOR(V)                                                                          \
   template Result<std::vector<V>> ReduceSums<V>(Exchange&, const std::vector<ChannelSums<V>>&, \
-                                                double, double*);                              \
+                                                V*);                                           \
   template std::vector<V> RadiosityFrom<V>(const LeafSystemOf<V>&, std::span<const V>);        \
   template class Stopping<V>;                                                                  \
   template Status Finish<V>(const Problem<V>&, std::vector<V>, SolverResultOf<V>*);            \
@@ -156,8 +156,7 @@ Result<SolverResultOf<V>> Solve(SolverMethod method, TransportOf<V>& transport,
   solver::ChannelSums<V> emitted;
   for (size_t i = 0; i < leaves.size(); ++i)
     solver::Add(leaves.exitance[i] * leaves.area_m2[i], emitted);
-  double unused = 0;
-  ASSIGN_OR_RETURN(const auto sums, solver::ReduceSums<V>(exchange, {emitted}, 0, &unused));
+  ASSIGN_OR_RETURN(const auto sums, solver::ReduceSums<V>(exchange, {emitted}, nullptr));
   // Where nothing emits all is dark, whatever the start.
   std::vector<V> lit_start(start.begin(), start.end());
   for (V& h : lit_start) h = Select(sums[0] > 0.0, h, V{});
@@ -181,14 +180,13 @@ template <typename V>
 Result<SolverResultOf<V>> SolveDirect(TransportOf<V>& transport, const LeafSystemOf<V>& leaves,
                                       Exchange& exchange) {
   solver::ChannelSums<V> emitted;
-  double largest = 0;
-  for (size_t i = 0; i < leaves.size(); ++i) {
+  for (size_t i = 0; i < leaves.size(); ++i)
     solver::Add(leaves.exitance[i] * leaves.area_m2[i], emitted);
-    largest = std::max(largest, solver::LargestOf(leaves.reflectance[i]));
-  }
+  V reflectance = solver::LargestOf<V>(leaves.reflectance);
+  ASSIGN_OR_RETURN(const auto sums, solver::ReduceSums<V>(exchange, {emitted}, &reflectance));
   SolverResultOf<V> result;
-  ASSIGN_OR_RETURN(const auto sums,
-                   solver::ReduceSums<V>(exchange, {emitted}, largest, &result.largest_eigenvalue));
+  for (int c = 0; c < kChannelsOf<V>; ++c)
+    result.largest_eigenvalue = std::max(result.largest_eigenvalue, double{reflectance[c]});
   const SolverOptionsOf<V> options;
   const solver::Problem<V> problem{transport, leaves, {}, sums[0], options, exchange};
   RETURN_IF_ERROR(solver::Finish(problem, leaves.exitance, &result));

@@ -35,12 +35,9 @@ class Run {
     unknown_.resize(n);
     residual_.resize(n);
     const std::vector<V> radiosity = RadiosityFrom(leaves_, problem_.start);
-    double bound = 0;
-    for (size_t i = 0; i < n; ++i) {
-      unknown_[i] = to_unknown_[i] * problem_.start[i];
-      bound = std::max(bound, LargestOf(radiosity[i]));
-    }
-    ASSIGN_OR_RETURN(const auto sums, ReduceSums<V>(problem_.exchange, {}, bound, &bound));
+    for (size_t i = 0; i < n; ++i) unknown_[i] = to_unknown_[i] * problem_.start[i];
+    V bound = LargestOf<V>(radiosity);
+    ASSIGN_OR_RETURN(const auto sums, ReduceSums<V>(problem_.exchange, {}, &bound));
     RETURN_IF_ERROR(problem_.transport.Irradiance(radiosity, bound, product_));
     ++result_.products;
     for (size_t i = 0; i < n; ++i)
@@ -80,8 +77,7 @@ class Run {
       product_[i] = direction_[i] - to_unknown_[i] * product_[i];
       Add(direction_[i] * product_[i], curvature);
     }
-    double unused = 0;
-    ASSIGN_OR_RETURN(const auto sums, ReduceSums<V>(problem_.exchange, {curvature}, 0, &unused));
+    ASSIGN_OR_RETURN(const auto sums, ReduceSums<V>(problem_.exchange, {curvature}, nullptr));
     V alpha{};
     for (int c = 0; c < kChannelsOf<V>; ++c) {
       if (stopping_.done(c)) continue;
@@ -106,7 +102,7 @@ class Run {
       beta_[c].push_back(beta[c]);
     }
     for (size_t i = 0; i < n; ++i) direction_[i] = residual_[i] + beta * direction_[i];
-    direction_bound_ = residual_bound_ + LargestOf(beta) * direction_bound_;
+    direction_bound_ = residual_bound_ + beta * direction_bound_;
     return {};
   }
 
@@ -134,14 +130,14 @@ class Run {
   // r·r, the power Σ √(ρA)|r| it stands for, and a bound on the radiosities it may become.
   Status MeasureResidual() {
     ChannelSums<V> squared, power;
-    double bound = 0;
+    residual_bound_ = V{};
     for (size_t i = 0; i < residual_.size(); ++i) {
       Add(residual_[i] * residual_[i], squared);
       Add(to_unknown_[i] * Absolute(residual_[i]), power);
-      bound = std::max(bound, LargestOf(to_radiosity_[i] * residual_[i]));
+      residual_bound_ = Maximum(Absolute(to_radiosity_[i] * residual_[i]), residual_bound_);
     }
     ASSIGN_OR_RETURN(const auto sums,
-                     ReduceSums<V>(problem_.exchange, {squared, power}, bound, &residual_bound_));
+                     ReduceSums<V>(problem_.exchange, {squared, power}, &residual_bound_));
     residual_squared_ = sums[0];
     residual_w_ = sums[1];
     return {};
@@ -166,7 +162,7 @@ class Run {
   std::vector<V> to_radiosity_, to_unknown_;  // √(ρ/A), √(ρA)
   std::vector<V> unknown_, residual_, direction_, product_;
   V residual_squared_{}, residual_w_{};
-  double residual_bound_ = 0, direction_bound_ = 0;
+  V residual_bound_{}, direction_bound_{};
   std::array<std::vector<double>, kChannelsOf<V>> alpha_, beta_;
   SolverResultOf<V> result_;
 };

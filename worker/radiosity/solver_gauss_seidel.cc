@@ -29,12 +29,9 @@ Result<SolverResultOf<V>> GaussSeidel(const Problem<V>& problem) {
   int growing = 0;
   bool done = stopping.Done(problem.emitted_w, rate, false);  // where nothing emits
   while (!done && growing < kMostGrowing && result.products + 1 < problem.options.max_products) {
-    double bound = 0;
-    for (V& b : radiosity) {
-      ClearSpare(b);
-      bound = std::max(bound, LargestOf(b));
-    }
-    ASSIGN_OR_RETURN(auto sums, ReduceSums<V>(problem.exchange, {}, bound, &bound));
+    for (V& b : radiosity) ClearSpare(b);
+    V bound = LargestOf<V>(radiosity);
+    ASSIGN_OR_RETURN(auto sums, ReduceSums<V>(problem.exchange, {}, &bound));
     RETURN_IF_ERROR(problem.transport.IrradianceFromOthers(radiosity, bound, from_others));
     const MaskOf<V> going = stopping.Going();
     ChannelSums<V> change;
@@ -49,7 +46,7 @@ Result<SolverResultOf<V>> GaussSeidel(const Problem<V>& problem) {
 
     // The change of a sweep is more than the power it leaves undone; the sweeps to come add up to
     // change · q/(1 − q) when each is q times the one before.
-    ASSIGN_OR_RETURN(sums, ReduceSums<V>(problem.exchange, {change}, 0, &bound));
+    ASSIGN_OR_RETURN(sums, ReduceSums<V>(problem.exchange, {change}, nullptr));
     V left_w{};
     bool grows = false;
     for (int c = 0; c < kChannelsOf<V>; ++c) {

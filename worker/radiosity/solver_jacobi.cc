@@ -60,12 +60,9 @@ class Run {
  private:
   Status Product() {
     std::vector<V> radiosity = RadiosityFrom(leaves_, irradiance_);
-    double bound = 0;
-    for (V& b : radiosity) {
-      ClearSpare(b);
-      bound = std::max(bound, LargestOf(b));
-    }
-    ASSIGN_OR_RETURN(const auto sums, ReduceSums<V>(problem_.exchange, {}, bound, &bound));
+    for (V& b : radiosity) ClearSpare(b);
+    V bound = LargestOf<V>(radiosity);
+    ASSIGN_OR_RETURN(const auto sums, ReduceSums<V>(problem_.exchange, {}, &bound));
     product_.resize(radiosity.size());
     ++result_.products;
     return problem_.transport.Irradiance(radiosity, bound, product_);
@@ -85,9 +82,8 @@ class Run {
       change_before_[i] = change_[i];
       change_[i] = change;
     }
-    double unused = 0;
     ASSIGN_OR_RETURN(const auto sums,
-                     ReduceSums<V>(problem_.exchange, {left, squared, image}, 0, &unused));
+                     ReduceSums<V>(problem_.exchange, {left, squared, image}, nullptr));
     return Shown<V>{sums[0], sums[1], sums[2]};
   }
 

@@ -38,12 +38,6 @@ template <typename V>
 using Scalars = std::array<double, kChannelsOf<V>>;
 
 template <typename V>
-double LargestOf(const V& v) {
-  double largest = 0;
-  for (int c = 0; c < kChannelsOf<V>; ++c) largest = std::max(largest, std::abs(v[c]));
-  return largest;
-}
-template <typename V>
 void Add(const V& v, std::array<ExactSum, kChannelsOf<V>>& sums) {
   for (int c = 0; c < kChannelsOf<V>; ++c) sums[c].Add(v[c]);
 }
@@ -52,11 +46,21 @@ void Add(const V& v, std::array<ExactSum, kChannelsOf<V>>& sums) {
 inline void ClearSpare(Lanes& v) { v[3] = 0; }
 inline void ClearSpare(Single&) {}
 
-// Sums over all workers, channel by channel, exact and in no particular order; and the largest of
-// all workers' numbers.
+// Sums over all workers, channel by channel, exact and in no particular order; and, where
+// `largest` (may be null) is given, the largest of all workers' numbers in each channel in its
+// place.
 template <typename V>
 Result<std::vector<V>> ReduceSums(Exchange& exchange, const std::vector<ChannelSums<V>>& mine,
-                                  double largest, double* largest_of_all);
+                                  V* largest);
+
+// The largest size of the values in each channel, here; 0 in the spare one.
+template <typename V>
+V LargestOf(std::span<const V> values) {
+  V largest{};
+  for (const V& v : values) largest = Maximum(Absolute(v), largest);
+  ClearSpare(largest);
+  return largest;
+}
 
 // E + ρH.
 template <typename V>

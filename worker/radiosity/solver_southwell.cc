@@ -23,9 +23,8 @@ class Run {
         from_others_(leaves_.size()) {}
 
   Result<SolverResultOf<V>> Solve() {
-    double bound = 0;
-    for (const V& b : radiosity_) bound = std::max(bound, LargestOf(b));
-    ASSIGN_OR_RETURN(const auto sums, ReduceSums<V>(problem_.exchange, {}, bound, &bound));
+    V bound = LargestOf<V>(radiosity_);
+    ASSIGN_OR_RETURN(const auto sums, ReduceSums<V>(problem_.exchange, {}, &bound));
     RETURN_IF_ERROR(problem_.transport.Irradiance(radiosity_, bound, pending_));
     ++result_.products;
     for (size_t i = 0; i < pending_.size(); ++i) pending_[i] -= problem_.start[i];
@@ -76,9 +75,8 @@ class Run {
       pending_[i] = Select(going_, V{}, pending_[i]);
       problem_.transport.Shoot(i, radiosity, pending_);
     }
-    double bound = 0;
-    for (const V& b : sent) bound = std::max(bound, LargestOf(b));
-    ASSIGN_OR_RETURN(const auto sums, ReduceSums<V>(problem_.exchange, {shot}, bound, &bound));
+    V bound = LargestOf<V>(sent);
+    ASSIGN_OR_RETURN(const auto sums, ReduceSums<V>(problem_.exchange, {shot}, &bound));
     RETURN_IF_ERROR(problem_.transport.IrradianceFromOthers(sent, bound, from_others_));
     for (size_t i = 0; i < pending_.size(); ++i) pending_[i] += from_others_[i];
     ++result_.products;
@@ -102,9 +100,8 @@ class Run {
       Add(reflecting_m2 * pending_[i], balance);
       Add(reflecting_m2, reflecting);
     }
-    double unused = 0;
     ASSIGN_OR_RETURN(const auto sums,
-                     ReduceSums<V>(problem_.exchange, {unshot, balance, reflecting}, 0, &unused));
+                     ReduceSums<V>(problem_.exchange, {unshot, balance, reflecting}, nullptr));
     unshot_w_ = sums[0];
     balance_w_ = sums[1];
     reflecting_m2_ = sums[2];

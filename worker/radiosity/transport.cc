@@ -9,7 +9,7 @@ constexpr double kClosureHeadroom = 2.0;
 }  // namespace
 
 template <typename V>
-Status LinkTransportOf<V>::Apply(LinkScope scope, std::span<const V> radiosity, double bound,
+Status LinkTransportOf<V>::Apply(LinkScope scope, std::span<const V> radiosity, const V& bound,
                                  std::span<V> irradiance) {
   scaled_.resize(radiosity.size());
   for (size_t i = 0; i < radiosity.size(); ++i) scaled_[i] = radiosity[i] * leaves_.closure[i];
@@ -20,13 +20,13 @@ Status LinkTransportOf<V>::Apply(LinkScope scope, std::span<const V> radiosity, 
 }
 
 template <typename V>
-Status LinkTransportOf<V>::Irradiance(std::span<const V> radiosity, double bound,
+Status LinkTransportOf<V>::Irradiance(std::span<const V> radiosity, const V& bound,
                                       std::span<V> irradiance) {
   return Apply(LinkScope::kAll, radiosity, bound, irradiance);
 }
 
 template <typename V>
-Status LinkTransportOf<V>::IrradianceFromOthers(std::span<const V> radiosity, double bound,
+Status LinkTransportOf<V>::IrradianceFromOthers(std::span<const V> radiosity, const V& bound,
                                                 std::span<V> irradiance) {
   return Apply(LinkScope::kNotLocal, radiosity, bound, irradiance);
 }

@@ -35,11 +35,11 @@ class TransportOf {
   virtual ~TransportOf() = default;
 
   // Irradiance at own leaves from the radiosity of all leaves, of which `radiosity` are our own.
-  // bound: not less than any |radiosity| anywhere, and the same at all workers.
-  virtual Status Irradiance(std::span<const V> radiosity, double bound,
+  // bound: of each channel, not less than any |radiosity| anywhere, and the same at all workers.
+  virtual Status Irradiance(std::span<const V> radiosity, const V& bound,
                             std::span<V> irradiance) = 0;
   // The part of it that Sweep and Shoot leave out: what crosses between workers.
-  virtual Status IrradianceFromOthers(std::span<const V> radiosity, double bound,
+  virtual Status IrradianceFromOthers(std::span<const V> radiosity, const V& bound,
                                       std::span<V> irradiance) = 0;
 
   // Goes through own leaves in order: radiosity[i] = update(i, H) with H the irradiance that the
@@ -62,14 +62,14 @@ class LinkTransportOf final : public TransportOf<V> {
   LinkTransportOf(Product& product, const LeafSystemOf<V>& leaves)
       : product_(product), leaves_(leaves) {}
 
-  Status Irradiance(std::span<const V> radiosity, double bound, std::span<V> irradiance) override;
-  Status IrradianceFromOthers(std::span<const V> radiosity, double bound,
+  Status Irradiance(std::span<const V> radiosity, const V& bound, std::span<V> irradiance) override;
+  Status IrradianceFromOthers(std::span<const V> radiosity, const V& bound,
                               std::span<V> irradiance) override;
   void Sweep(std::span<V> radiosity, std::span<const V> from_others, const Update& update) override;
   void Shoot(size_t leaf, const V& radiosity, std::span<V> irradiance) override;
 
  private:
-  Status Apply(LinkScope scope, std::span<const V> radiosity, double bound,
+  Status Apply(LinkScope scope, std::span<const V> radiosity, const V& bound,
                std::span<V> irradiance);
   LocalRowsOf<V>& rows();
 

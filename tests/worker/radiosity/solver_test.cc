@@ -175,8 +175,8 @@ TEST(LocalRows, SweepAndShotsBringWhatAProductBrings) {
     LinkTransport transport(*bench.product, bench.system);
     const std::vector<Lanes> radiosity = bench.RandomValues(seed);
     std::vector<Lanes> whole(n), from_others(n), swept(n), shot(n, Lanes{});
-    ASSERT_TRUE(transport.Irradiance(radiosity, 1, whole).ok());
-    ASSERT_TRUE(transport.IrradianceFromOthers(radiosity, 1, from_others).ok());
+    ASSERT_TRUE(transport.Irradiance(radiosity, Splat(1), whole).ok());
+    ASSERT_TRUE(transport.IrradianceFromOthers(radiosity, Splat(1), from_others).ok());
     std::vector<Lanes> kept = radiosity;
     transport.Sweep(kept, from_others, [&](size_t i, const Lanes& irradiance) {
       swept[i] = irradiance;
