@@ -2,43 +2,27 @@
 
 #include <algorithm>
 #include <bit>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <optional>
 
 #include "common/hierarchy/effects/plan.h"
 #include "common/util/random.h"
+#include "common/util/stopwatch.h"
 #include "worker/radiosity/ambient.h"
 #include "worker/radiosity/closure.h"
+#include "worker/radiosity/energy.h"
 #include "worker/radiosity/error_estimate.h"
 #include "worker/radiosity/error_spread.h"
 #include "worker/radiosity/escape.h"
 #include "worker/radiosity/gather.h"
+#include "worker/radiosity/given.h"
 #include "worker/radiosity/link_errors.h"
 #include "worker/radiosity/one_channel.h"
 #include "worker/radiosity/solver.h"
 
 namespace isolux {
 namespace {
-
-// Wall and CPU time of a piece of work.
-class Stopwatch {
- public:
-  explicit Stopwatch(const ThreadPool& pool) : pool_(pool), wall_(Wall()), cpu_(Cpu()) {}
-  double wall_s() const { return Wall() - wall_; }
-  double cpu_s() const { return Cpu() - cpu_; }
-
- private:
-  static double Wall() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-  }
-  double Cpu() const { return ThreadCpuSeconds() + pool_.CpuSeconds(); }
-
-  const ThreadPool& pool_;
-  double wall_, cpu_;
-};
 
 uint64_t HashOfLink(const Tree& tree, const Link& link) {
   const NodeId& p = tree.node(link.p).id;
@@ -67,6 +51,7 @@ struct Shard::Impl {
   std::unique_ptr<NodeSampler> sampler;
   std::optional<LinkProver> prover;
   std::unique_ptr<Placement> placement;
+  std::optional<LightField> lights;  // where the scene has some and the plan wants them
   LinkSet links;
   Snapshot snapshot;                   // installed last
   Snapshot solved;                     // own leaves of the round just run
@@ -76,6 +61,8 @@ struct Shard::Impl {
   RefineScene refine_scene() const {
     return {&rays, sampler.get(), options.seed, plan.occlusion, prover ? &*prover : nullptr};
   }
+  // What lights bring to each surface; empty where there are none.
+  std::vector<GivenIrradiance> StartLights();
   Status Refine(double epsilon, Exchange& exchange, RefineCounters& counters) {
     gatherer.reset();
     return isolux::Refine(epsilon, refine_scene(), tree, *placement, pool, links, counters,
@@ -96,8 +83,6 @@ struct Shard::Impl {
   Status AddErrors(const ActiveNodes& nodes, const LeafSystem& leaves, const SolverResult& solution,
                    const ErrorEstimate& errors, const ClosureSummary& closing, Exchange& exchange,
                    RoundReport& report) const;
-  Status AddEnergy(const LeafSystem& leaves, std::span<const Lanes> irradiance,
-                   std::span<const double> escape, Exchange& exchange, RoundReport& report) const;
   int EscapeRays(uint32_t node) const;
   std::vector<double> EscapeShares(const ActiveNodes& nodes) const;
   std::vector<RowMeasure> MeasureRows(const ActiveNodes& nodes,
@@ -121,7 +106,7 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
   impl_->scout =
       ScoutEscapes(impl_->hierarchy, impl_->rays, options.accuracy, options.seed, impl_->pool);
   impl_->tree.SetComponents(impl_->scout.component);
-  impl_->snapshot = AmbientSnapshot(impl_->hierarchy, impl_->scout);
+  impl_->snapshot = AmbientSnapshot(impl_->hierarchy, impl_->scout, impl_->StartLights());
   std::vector<uint32_t> moved;
   RETURN_IF_ERROR(impl_->tree.Install(impl_->snapshot, &moved));
   ASSIGN_OR_RETURN(Placement placement, Placement::Make(impl_->tree, assignment, self));
@@ -129,7 +114,19 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
   return {};
 }
 
-Rgb Shard::EmittedPower() const { return impl_->hierarchy.emitted_w(); }
+std::vector<GivenIrradiance> Shard::Impl::StartLights() {
+  lights.reset();
+  if (!plan.lights || scene->lights.empty()) return {};
+  lights.emplace(hierarchy, rays, plan, options.seed);
+  std::vector<uint32_t> surfaces(hierarchy.surfaces().size());
+  for (uint32_t s = 0; s < surfaces.size(); ++s) surfaces[s] = tree.SurfaceIndex(s);
+  return GivenTo(surfaces, tree, *lights, pool);
+}
+
+Rgb Shard::EmittedPower() const {
+  const Rgb lamps_w = impl_->hierarchy.emitted_w();
+  return impl_->lights ? lamps_w + impl_->lights->power_w() : lamps_w;
+}
 
 Result<RoundReport> Shard::RunRound(double epsilon, double accuracy, Exchange& exchange) {
   RoundReport report;
@@ -138,12 +135,18 @@ Result<RoundReport> Shard::RunRound(double epsilon, double accuracy, Exchange& e
   const Stopwatch whole(impl_->pool);
   RefineCounters counters;
   RETURN_IF_ERROR(impl_->Refine(epsilon, exchange, counters));
+  std::vector<uint32_t> asked;
+  if (impl_->lights) {
+    ASSIGN_OR_RETURN(
+        asked, DivideForLights(epsilon, *impl_->lights, impl_->tree, *impl_->placement, impl_->pool,
+                               counters, [&exchange] { return exchange.Cancelled(); }));
+  }
   report.refine_s = whole.wall_s();
   const double refine_cpu_s = whole.cpu_s();
 
   const Stopwatch subscribing(impl_->pool);
   ASSIGN_OR_RETURN(const ActiveNodes nodes,
-                   Subscribe(impl_->tree, *impl_->placement, impl_->links, exchange));
+                   Subscribe(impl_->tree, *impl_->placement, impl_->links, asked, exchange));
   report.exchange_s = subscribing.wall_s();
 
   const Stopwatch solving(impl_->pool);
@@ -193,10 +196,20 @@ Result<SolverResultOf<V>> Shard::Impl::SolveLeaves(Product& product, const LeafS
                                                    std::type_identity_t<std::span<const V>> start,
                                                    double accuracy, Exchange& exchange) const {
   LinkTransportOf<V> transport(product, leaves);
-  if (!plan.interreflection) return SolveDirect<V>(transport, leaves, exchange);
   SolverOptionsOf<V> solver;
   solver.accuracy = accuracy;
-  return isolux::Solve<V>(options.solver, transport, leaves, start, solver, exchange);
+  const auto solve = [&](const LeafSystemOf<V>& sources, std::span<const V> from) {
+    return plan.interreflection
+               ? isolux::Solve<V>(options.solver, transport, sources, from, solver, exchange)
+               : SolveDirect<V>(transport, sources, exchange);
+  };
+  if (leaves.given.empty()) return solve(leaves, start);
+  // What comes from lights is known; the rest is what leaves that reflect it bring to each other.
+  std::vector<V> rest(start.begin(), start.end());
+  for (size_t i = 0; i < rest.size(); ++i) rest[i] = Maximum(rest[i] - leaves.given[i], V{});
+  ASSIGN_OR_RETURN(SolverResultOf<V> result, solve(WithReflectedGiven(leaves), rest));
+  for (size_t i = 0; i < rest.size(); ++i) result.irradiance[i] += leaves.given[i];
+  return result;
 }
 
 Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& exchange,
@@ -204,6 +217,13 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
   std::vector<Lanes> start;
   std::vector<uint32_t> old_leaf;
   LeafSystem leaves = MakeLeafSystem(nodes, &start, &old_leaf);
+  std::vector<GivenIrradiance> given;
+  if (lights) given = GivenTo(nodes.leaves, tree, *lights, pool);
+  for (const GivenIrradiance& from_lights : given) {
+    const Rgb& h = from_lights.mean;
+    leaves.given.push_back(Lanes{h.x, h.y, h.z, 0});
+    report.rays += from_lights.rays;
+  }
   Product product(tree, *placement, links, nodes, pool, exchange);
   const std::vector<double> escape = EscapeShares(nodes);
   const std::vector<RowMeasure> rows = MeasureRows(nodes, escape);
@@ -229,7 +249,7 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
     ASSIGN_OR_RETURN(solution, solve());
   }
   ASSIGN_OR_RETURN(const ErrorEstimate errors,
-                   EstimateError(product, tree, leaves, solution.irradiance,
+                   EstimateError(product, tree, leaves, solution.irradiance, given,
                                  {start, old_leaf, snapshot.round == 0}, solution, exchange));
   RETURN_IF_ERROR(AddEnergy(leaves, solution.irradiance, escape, exchange, report));
   report.residual = solution.residual;
@@ -323,32 +343,6 @@ std::vector<RowMeasure> Shard::Impl::MeasureRows(const ActiveNodes& nodes,
   return rows;
 }
 
-Status Shard::Impl::AddEnergy(const LeafSystem& leaves, std::span<const Lanes> irradiance,
-                              std::span<const double> escape, Exchange& exchange,
-                              RoundReport& report) const {
-  Reduction energy;
-  energy.sums.resize(9);
-  for (size_t i = 0; i < leaves.size(); ++i) {
-    for (int c = 0; c < 3; ++c) {
-      const double h = irradiance[i][c], rho = leaves.reflectance[i][c], e = leaves.exitance[i][c];
-      energy.sums[c].Add(leaves.area_m2[i] * e);
-      energy.sums[3 + c].Add(leaves.area_m2[i] * (1 - rho) * h);
-      energy.sums[6 + c].Add(leaves.area_m2[i] * escape[i] * (e + rho * h));
-    }
-  }
-  ASSIGN_OR_RETURN(const Reduction total, exchange.Reduce(std::move(energy)));
-  for (int c = 0; c < 3; ++c) {
-    report.emitted_w[c] = total.sums[c].Value();
-    report.absorbed_w[c] = total.sums[3 + c].Value();
-    report.escaped_w[c] = total.sums[6 + c].Value();
-    if (!(report.emitted_w[c] > 0)) continue;
-    const double missing = report.emitted_w[c] - report.absorbed_w[c] - report.escaped_w[c];
-    report.energy_imbalance =
-        std::max(report.energy_imbalance, std::abs(missing) / report.emitted_w[c]);
-  }
-  return {};
-}
-
 void Shard::Impl::CountLinks(const RefineCounters& counters, double refine_cpu_s,
                              double solve_cpu_s, const ActiveNodes& nodes,
                              RoundReport& report) const {
@@ -356,7 +350,7 @@ void Shard::Impl::CountLinks(const RefineCounters& counters, double refine_cpu_s
   report.evaluations = counters.evaluations;
   report.proved_visible = counters.proved_visible;
   report.proved_hidden = counters.proved_hidden;
-  report.rays = counters.rays;
+  report.rays += counters.rays;
   report.cut_links.assign(cut_size, 0);
   report.cut_elements.assign(cut_size, 0);
   report.cut_cost_ns.assign(cut_size, 0);
@@ -489,8 +483,9 @@ Result<GatherPart> Shard::Gather(const std::vector<NodeId>& elements,
       static_cast<int>(std::clamp(64 * (0.02 / accuracy) * (0.02 / accuracy), 48.0, 1024.0));
   options.open_share = std::max(0.01, 0.5 * accuracy);
   if (!impl_->gatherer) {
-    impl_->gatherer = std::make_unique<Gatherer>(impl_->tree, *impl_->placement, impl_->links,
-                                                 impl_->snapshot, impl_->rays);
+    impl_->gatherer =
+        std::make_unique<Gatherer>(impl_->tree, *impl_->placement, impl_->links, impl_->snapshot,
+                                   impl_->rays, impl_->lights ? &*impl_->lights : nullptr);
   }
   ASSIGN_OR_RETURN(GatherPart part,
                    impl_->gatherer->AtCorners(elements, corners, options, impl_->pool));

@@ -133,7 +133,11 @@ Status Walker::Visit(const Step& step) {
   if (node.mesh >= 0) found_.meshes.push_back({node.mesh, to_scene, where});
   if (node.camera >= 0) found_.cameras.push_back(where);
   if (node.skin >= 0) found_.skins.push_back(where);
-  if (node.extensions.count("KHR_lights_punctual") > 0) found_.lights.push_back(where);
+  if (const auto light = node.extensions.find("KHR_lights_punctual");
+      light != node.extensions.end()) {
+    const tinygltf::Value& number = light->second.Get("light");
+    found_.lights.push_back({number.IsInt() ? number.Get<int>() : -1, to_scene, where});
+  }
   for (auto child = node.children.rbegin(); child != node.children.rend(); ++child) {
     steps_.push_back({*child, step.depth + 1, to_scene});
   }

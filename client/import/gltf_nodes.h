@@ -1,4 +1,4 @@
-// The node tree of a glTF scene, flattened: which meshes stand where.
+// The node tree of a glTF scene, flattened: which meshes and lights stand where.
 #pragma once
 
 #include <glm/mat4x4.hpp>
@@ -15,9 +15,17 @@ struct GltfInstance {
   std::string where;         // "nodes[3] 'lamp'"
 };
 
+// A light of KHR_lights_punctual at a node.
+struct GltfLightInstance {
+  int light = 0;  // in the document, not checked
+  glm::dmat4 to_scene{1.0};
+  std::string where;
+};
+
 struct GltfNodes {
-  std::vector<GltfInstance> meshes;                 // in the order of the tree, parents first
-  std::vector<std::string> cameras, lights, skins;  // of nodes of the scene, where ("nodes[3]")
+  std::vector<GltfInstance> meshes;         // in the order of the tree, parents first
+  std::vector<GltfLightInstance> lights;    // likewise
+  std::vector<std::string> cameras, skins;  // of nodes of the scene, where ("nodes[3]")
 };
 
 // Of the document's scene, else the first one, else of all nodes without parents. A node that is

@@ -5,6 +5,7 @@
 
 #include "client/import/gltf_accessors.h"
 #include "client/import/gltf_document.h"
+#include "client/import/gltf_lights.h"
 #include "client/import/gltf_materials.h"
 #include "client/import/gltf_nodes.h"
 
@@ -202,10 +203,10 @@ Result<SceneFile> Reader::Read() {
     }
   };
   note(nodes.cameras, &file_.cameras);
-  note(nodes.lights, &file_.lights);
   note(nodes.skins, &file_.animated);
   note(std::vector<std::string>(document_.model.animations.empty() ? 0 : 1, "animations"),
        &file_.animated);
+  ASSIGN_OR_RETURN(file_.lights, ReadGltfLights(document_, nodes));
   for (const GltfInstance& instance : nodes.meshes) RETURN_IF_ERROR(AddInstance(instance));
   if (file_.faces.empty()) {
     return Error(StatusCode::kInvalidArgument,

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "client/import/gltf_reader.h"
+#include "client/import/lights_file.h"
 #include "client/import/materials.h"
 #include "client/import/obj_reader.h"
 #include "client/import/repair.h"
@@ -68,12 +69,22 @@ void NoteRest(const SceneFile& file, RepairLog* log) {
   const std::pair<Repair, const std::vector<std::string>*> rest[] = {
       {Repair::kNoLibrary, &file.missing_libraries},
       {Repair::kRepeatedMaterial, &file.repeated_materials},
-      {Repair::kLight, &file.lights},
       {Repair::kLines, &file.lines},
       {Repair::kAnimated, &file.animated},
       {Repair::kCamera, &file.cameras}};
   for (const auto& [kind, places] : rest) {
     log->Add(kind, places->size(), [&places = *places] { return places[0]; });
+  }
+}
+
+// Lights in the place and unit of the scene, which has its polygons.
+void PlaceLights(const std::vector<Light>& lights, Scene* scene) {
+  for (Light light : lights) {
+    if (!(Sum(light.intensity) > 0)) continue;
+    light.position_m = light.kind == LightKind::kDirectional
+                           ? Vec3(0.0)
+                           : light.position_m * scene->metres_per_unit - scene->origin_m;
+    scene->lights.push_back(light);
   }
 }
 
@@ -93,18 +104,21 @@ Result<Scene> Import(const std::string& path, const Format& format, const Import
   Scene scene;
   ASSIGN_OR_RETURN(scene.metres_per_unit, MetresPer(options.unit));
   scene.unit = options.unit;
-  ASSIGN_OR_RETURN(const SceneFile file, format.read(path, SceneLimits()));
+  ASSIGN_OR_RETURN(SceneFile file, format.read(path, SceneLimits()));
+  RETURN_IF_ERROR(AddLightsFile(&file));
   RepairLog log;
   NoteRest(file, &log);
   MakeMaterials(file, &scene, &log);
   RETURN_IF_ERROR(BuildPolygons(file, options, &scene, &log));
   DropUnused(&scene);
+  PlaceLights(file.lights, &scene);
   if (options.strict) RETURN_IF_ERROR(log.CheckStrict());
   scene.repairs = log.Report();
   if (!Emits(scene)) {
     if (!options.require_emission) return scene;
     return Error(StatusCode::kInvalidArgument,
-                 "{}: nothing emits light: no face has a material with {} (radiance in W/(m² sr))",
+                 "{}: nothing emits light: no face has a material with {} (radiance in W/(m² sr)), "
+                 "and there are no lights",
                  path, format.emission);
   }
   if (const Status status = Validate(scene); !status.ok()) {

@@ -79,8 +79,6 @@ RepairText Describe(Repair kind) {
       return {"glass materials taken as diffuse", false};
     case Repair::kUnlit:
       return {"unlit materials taken as diffuse", false};
-    case Repair::kLight:
-      return {"lights without area left out", false};
     case Repair::kLines:
       return {"meshes of points or lines left out", false};
     case Repair::kAnimated:

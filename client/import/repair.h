@@ -42,7 +42,6 @@ enum class Repair {
   kGlossy,
   kGlass,
   kUnlit,
-  kLight,
   kLines,
   kAnimated,
   kCamera,

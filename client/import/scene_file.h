@@ -68,13 +68,14 @@ struct SceneFile {
   std::vector<std::string> images;  // encoded (PNG, JPEG, …), of formats that hold them
   std::vector<std::string> parts;  // "nodes[3] 'lamp', meshes[1].primitives[0]"; none of text files
 
+  std::vector<Light> lights;  // positions in the file's unit
+
   // Libraries named but not found, where ("room.obj:3"); no face needs a material of theirs.
   std::vector<std::string> missing_libraries;
   // Materials whose name was taken already, where ("room.mtl:17"); the first counts.
   std::vector<std::string> repeated_materials;
   // What the file holds beside its surfaces, where.
   std::vector<std::string> cameras;
-  std::vector<std::string> lights;    // without area: points, spots, directions
   std::vector<std::string> animated;  // animations, skins and morph targets
   std::vector<std::string> lines;     // meshes of points and lines, which have no area
 

@@ -17,8 +17,8 @@
 namespace isolux {
 
 // The effects that can be switched, in the order of the table.
-inline constexpr std::array<std::string_view, 4> kSwitchableEffects = {
-    "colour", "occlusion", "interreflection", "closure"};
+inline constexpr std::array<std::string_view, 5> kSwitchableEffects = {
+    "colour", "occlusion", "interreflection", "closure", "lights"};
 
 struct EffectsChoice {
   enum class Base { kAuto, kAll, kNone };

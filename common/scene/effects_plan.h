@@ -16,6 +16,7 @@ struct EffectsPlan {
   bool occlusion = true;  // polygons stand in each other's light: shadow rays
   bool interreflection = true;  // solved for; else one pass of direct light
   bool closure = true;          // rows are scaled to what they must add up to
+  bool lights = true;           // points, spots and directional lights shine
 };
 
 // The mean of the channels; of a grey reflectance itself, to the bit.

@@ -10,7 +10,8 @@
 namespace isolux {
 namespace {
 
-constexpr uint64_t kMagic = 0x314e435358554c49ULL;  // "ILUXSCN1"
+constexpr uint64_t kMagic = 0x314e435358554c49ULL;        // "ILUXSCN1"
+constexpr uint64_t kLightsMagic = 0x3154484758554c49ULL;  // "ILUXGHT1": what follows are lights
 constexpr uint64_t kVertexBytes = 3 * 8;
 constexpr uint64_t kPolygonBytes = 6 * 4 + 1;
 constexpr uint64_t kMaterialBytes = 4 + 6 * 8;   // without the name
@@ -183,6 +184,34 @@ void PutMaps(ByteWriter& out, const Scene& scene) {
   for (const Polygon& polygon : scene.polygons) out.Put(polygon.coordinates);
 }
 
+// Behind the maps, and only where a scene has lights.
+void PutLights(ByteWriter& out, const Scene& scene) {
+  out.Put(kLightsMagic);
+  out.Put(static_cast<uint64_t>(scene.lights.size()));
+  for (const Light& light : scene.lights) Put(out, light);
+}
+
+Status CheckLights(const Scene& scene) {
+  for (size_t i = 0; i < scene.lights.size(); ++i) {
+    RETURN_IF_ERROR(CheckLight(scene.lights[i], i));
+  }
+  return {};
+}
+
+Status GetLights(ByteReader& in, const SceneLimits& limits, Scene* scene) {
+  in.Get<uint64_t>();  // the magic number, which has been looked at
+  const auto count = in.Get<uint64_t>();
+  if (count == 0 || count > limits.lights) {
+    return MakeStatus(StatusCode::kResourceExhausted,
+                      "scene: {} lights, more than the limit of {} or none", count, limits.lights);
+  }
+  if (!in.Holds(count, kLeastLightBytes)) {
+    return MakeStatus(StatusCode::kDataLoss, "scene: its lights are missing");
+  }
+  for (uint64_t i = 0; i < count && in.ok(); ++i) scene->lights.push_back(GetLight(in));
+  return CheckLights(*scene);
+}
+
 Status GetMaps(ByteReader& in, const SceneLimits& limits, Scene* scene) {
   const auto textures = in.Get<uint64_t>();
   const auto coordinates = in.Get<uint64_t>();
@@ -258,6 +287,8 @@ bool IsConvex(const ConvexPolygon& polygon) {
 }
 
 bool Emits(const Scene& scene) {
+  const auto shines = [](const Light& light) { return Sum(light.intensity) > 0; };
+  if (std::any_of(scene.lights.begin(), scene.lights.end(), shines)) return true;
   return std::any_of(scene.polygons.begin(), scene.polygons.end(), [&](const Polygon& p) {
     return (p.sides & (kFrontEmits | kBackEmits)) != 0 &&
            Sum(scene.materials[p.material].exitance) > 0;
@@ -289,13 +320,20 @@ Status Validate(const Scene& scene, const SceneLimits& limits) {
     RETURN_IF_ERROR(CheckMaterial(scene.materials[m], m));
   }
   RETURN_IF_ERROR(CheckMaps(scene));
+  if (scene.lights.size() > limits.lights) {
+    return MakeStatus(StatusCode::kResourceExhausted,
+                      "the scene has {} lights, more than the limit of {}; leave some out",
+                      scene.lights.size(), limits.lights);
+  }
+  RETURN_IF_ERROR(CheckLights(scene));
   for (size_t p = 0; p < scene.polygons.size(); ++p) {
     RETURN_IF_ERROR(CheckIndices(scene.polygons[p], scene.vertices.size(), scene.materials.size()));
     RETURN_IF_ERROR(CheckShape(scene, p));
   }
   if (!Emits(scene)) {
-    return MakeStatus(StatusCode::kInvalidArgument,
-                      "nothing in the scene emits light: give a material Ke above 0");
+    return MakeStatus(
+        StatusCode::kInvalidArgument,
+        "nothing in the scene emits light: give a material Ke above 0, or add a light");
   }
   return {};
 }
@@ -325,6 +363,7 @@ std::string Encode(const Scene& scene) {
     Put(out, material.exitance);
   }
   if (!scene.textures.empty()) PutMaps(out, scene);
+  if (!scene.lights.empty()) PutLights(out, scene);
   return out.Take();
 }
 
@@ -364,7 +403,14 @@ Result<Scene> Decode(const std::string& bytes, const SceneLimits& limits) {
     material.reflectance = GetVec3(in);
     material.exitance = GetVec3(in);
   }
-  if (in.ok() && in.left() > 0) RETURN_IF_ERROR(GetMaps(in, limits, &scene));
+  const auto lights_follow = [&in] {  // which no number of textures equals
+    return ByteReader(in).Get<uint64_t>() == kLightsMagic;
+  };
+  if (in.ok() && in.left() > 0 && !lights_follow()) RETURN_IF_ERROR(GetMaps(in, limits, &scene));
+  if (in.ok() && in.left() > 0) {
+    if (!lights_follow()) return Error(StatusCode::kDataLoss, "scene: its end is too late");
+    RETURN_IF_ERROR(GetLights(in, limits, &scene));
+  }
   if (!in.ok() || in.left() > 0) {
     return Error(StatusCode::kDataLoss, "scene: its end is {}", in.ok() ? "too late" : "missing");
   }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/light.h"
 #include "common/scene/texture.h"
 #include "common/util/status.h"
 #include "common/vec.h"
@@ -66,8 +67,9 @@ struct Scene {
   std::vector<Material> materials;
   std::vector<Texture> textures;
   std::vector<TextureCoordinates> coordinates;
-  Vec3 origin_m{0.0};      // centre that was subtracted, in double, before anything else
-  std::string unit = "m";  // of the file: m, cm, mm, in, ft
+  std::vector<Light> lights;  // beside the polygons that emit
+  Vec3 origin_m{0.0};         // centre that was subtracted, in double, before anything else
+  std::string unit = "m";     // of the file: m, cm, mm, in, ft
   double metres_per_unit = 1.0;
   uint32_t file_polygon_count = 0;  // polygons in the file, dropped ones included
   RepairReport repairs;
@@ -103,7 +105,7 @@ bool HasArea(const ConvexPolygon& polygon);
 bool IsPlanar(const ConvexPolygon& polygon);
 bool IsConvex(const ConvexPolygon& polygon);  // a corner may be straight
 
-// Whether a side of any polygon radiates.
+// Whether a side of any polygon radiates, or any light.
 bool Emits(const Scene& scene);
 
 // The surfaces of a scene in order: by polygon, front before back, only sides that take part.
@@ -117,6 +119,7 @@ struct SceneLimits {
   uint64_t polygons = 5'000'000;
   uint64_t vertices = 20'000'000;
   uint64_t materials = 65'536;
+  uint64_t lights = 16'384;
   uint64_t bytes = 1ULL << 30;  // of the encoded scene
 };
 

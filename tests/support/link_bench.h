@@ -37,7 +37,7 @@ struct LinkBench {
         tree(hierarchy) {
     const Scout scout =
         scouted ? ScoutEscapes(hierarchy, rays, 0.02, 1, pool) : ClosedWithoutLooking(hierarchy);
-    const Snapshot start = AmbientSnapshot(hierarchy, scout);
+    const Snapshot start = AmbientSnapshot(hierarchy, scout, {});
     tree.SetComponents(scout.component);
     double emitted = 0;
     for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s)
@@ -51,7 +51,7 @@ struct LinkBench {
     EXPECT_TRUE(Refine(epsilon_w, {&rays, &sampler, 1, !hierarchy.convex()}, tree, *placement, pool,
                        links, counters, nullptr)
                     .ok());
-    nodes = Subscribe(tree, *placement, links, exchange).value();
+    nodes = Subscribe(tree, *placement, links, {}, exchange).value();
     product = std::make_unique<Product>(tree, *placement, links, nodes, pool, exchange);
     for (const uint32_t node : nodes.leaves) {
       const Surface& surface = tree.surface_of(node);

@@ -5,11 +5,14 @@
 #include "common/hierarchy/hierarchy.h"
 #include "common/hierarchy/snapshot.h"
 #include "worker/radiosity/escape.h"
+#include "worker/radiosity/light_field.h"
 
 namespace isolux {
 
 // H = Σ A E / Σ A (1 − ρ + ρ o) in each component and channel, o the share that escapes; 0 where
-// nothing emits. Depends on the scene and the scout alone.
-Snapshot AmbientSnapshot(const Hierarchy& hierarchy, const Scout& scout);
+// nothing emits. What lights bring to the surfaces (`given`, empty where there are none) is added,
+// and what is reflected of it counts as emitted. Depends on these alone.
+Snapshot AmbientSnapshot(const Hierarchy& hierarchy, const Scout& scout,
+                         std::span<const GivenIrradiance> given);
 
 }  // namespace isolux

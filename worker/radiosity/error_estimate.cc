@@ -28,6 +28,9 @@ constexpr double kCalibration = 0.55;
 constexpr double kSquareScale = 0x1p26, kLargestAmplitude = 4096;
 constexpr double kAmplitudeScale = 0x1p30;  // of sums of amplitudes
 
+// Of the sum of two squares.
+double Root(double a, double b) { return std::sqrt(a * a + b * b); }
+
 double SumOf(const Lanes& v) { return v[0] + v[1] + v[2]; }
 
 double Amplitude(double amplitude) {
@@ -56,17 +59,22 @@ void AddChange(const LeafSystem& leaves, std::span<const Lanes> irradiance,
 }  // namespace
 
 Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const LeafSystem& leaves,
-                                    std::span<const Lanes> irradiance, const Previous& previous,
-                                    const SolverResult& solved, Exchange& exchange) {
+                                    std::span<const Lanes> irradiance,
+                                    std::span<const GivenIrradiance> given,
+                                    const Previous& previous, const SolverResult& solved,
+                                    Exchange& exchange) {
   const size_t n = leaves.size();
   std::vector<Single> radiosity(n);
   Reduction power;
-  power.sums.resize(4);  // of H A, of lit area, of lit A (1 − ρ̄), of E A
+  power.sums.resize(4);  // of H A, of lit area, of lit A (1 − ρ̄), of (E + ρH0) A
   for (size_t i = 0; i < n; ++i) {
     radiosity[i] = Single{SumOf(leaves.exitance[i] + leaves.reflectance[i] * irradiance[i])};
     const double area = leaves.area_m2[i];
     const double arriving = SumOf(irradiance[i]);
     power.sums[3].Add(area * SumOf(leaves.exitance[i]));
+    if (!given.empty()) {
+      power.sums[3].Add(area * SumOf(leaves.reflectance[i] * leaves.given[i]));
+    }
     if (!(arriving > 0)) continue;
     power.sums[0].Add(area * arriving);
     power.sums[1].Add(area);
@@ -127,6 +135,13 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
       return unit * std::sqrt(static_cast<double>(sums[i][lane]) / kSquareScale);
     };
     estimate.leaves[i].spread = amplitude(0);
+    // At points what lights bring is found anew: its error over leaves counts as far as they
+    // reflect.
+    double unreflected = 0;
+    if (!given.empty()) {
+      estimate.leaves[i].spread = Root(estimate.leaves[i].spread, given[i].range);
+      unreflected = given[i].error;
+    }
     estimate.leaves[i].doubt = unit * static_cast<double>(doubts[i][0]) / kAmplitudeScale;
     Local& l = local[i];
     l.spread = kSpreadAfterGather * amplitude(1);
@@ -138,7 +153,7 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
     parts.sums[0].Add(area * l.spread);
     parts.sums[1].Add(area * l.visibility);
     parts.sums[2].Add(area * l.coupling);
-    const double reflected = area * SumOf(leaves.reflectance[i]) / 3 * l.total;
+    const double reflected = area * SumOf(leaves.reflectance[i]) / 3 * Root(l.total, unreflected);
     parts.sums[3].Add(reflected * reflected);
   }
   ASSIGN_OR_RETURN(const Reduction by_cause, exchange.Reduce(std::move(parts)));
@@ -152,6 +167,7 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
     const double rms = std::sqrt(local[i].total * local[i].total + ambient * ambient);
     estimate.leaves[i].error =
         SumOf(irradiance[i]) > 0 ? kCalibration * kMeanOfAbsolute * rms : 0.0;
+    if (!given.empty()) estimate.leaves[i].error += given[i].border;
     whole.sums[0].Add(leaves.area_m2[i] * estimate.leaves[i].error);
   }
   ASSIGN_OR_RETURN(const Reduction total, exchange.Reduce(std::move(whole)));

@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "worker/radiosity/light_field.h"
 #include "worker/radiosity/solver.h"
 
 namespace isolux {
@@ -31,9 +32,12 @@ struct Previous {
   bool is_ambient = false;            // no solution yet: this is the first round
 };
 
-// Two products. `irradiance`: H of own leaves.
+// Two products. `irradiance`: H of own leaves; `given`: what of it lights bring, empty where there
+// are none.
 Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const LeafSystem& leaves,
-                                    std::span<const Lanes> irradiance, const Previous& previous,
-                                    const SolverResult& solved, Exchange& exchange);
+                                    std::span<const Lanes> irradiance,
+                                    std::span<const GivenIrradiance> given,
+                                    const Previous& previous, const SolverResult& solved,
+                                    Exchange& exchange);
 
 }  // namespace isolux

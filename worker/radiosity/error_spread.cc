@@ -30,7 +30,10 @@ Result<ErrorSpread> SpreadError(const LeafSystem& leaves, std::span<const NodeId
     reduction.sums[1].Add(area);
     reduction.sums[2].Add(area * error);
     reduction.sums[3].Add(area * error * error);
-    reduction.sums[4].Add(area * (row_off.empty() ? 0.0 : row_off[i]) * arriving);
+    const double from_lights =
+        leaves.given.empty() ? 0.0 : leaves.given[i][0] + leaves.given[i][1] + leaves.given[i][2];
+    reduction.sums[4].Add(area * (row_off.empty() ? 0.0 : row_off[i]) *
+                          std::max(0.0, arriving - from_lights));
   }
   ASSIGN_OR_RETURN(const Reduction totals, exchange.Reduce(std::move(reduction)));
   ErrorSpread spread;

@@ -16,6 +16,8 @@ namespace {
 
 // Points lie so far inside their element, so that none is on an edge or in a contact.
 constexpr double kInside = 1e-5;
+// Right at a light irradiance has no bound; sums have: this many times the largest of any leaf.
+constexpr double kMostGiven = 1024;
 
 // Elements begin .. end lie below one leaf.
 struct Run {
@@ -90,9 +92,28 @@ class Descent {
 }  // namespace
 
 struct Gatherer::Impl {
-  Impl(const Tree& t, const Placement& placement, const LinkSet& links, const Snapshot& snapshot,
-       const RayScene& r)
-      : tree(t), rays(r), sources(t, placement, links, snapshot) {}
+  Impl(const Tree& t, const Placement& p, const LinkSet& links, const Snapshot& snapshot,
+       const RayScene& r, const LightField* l)
+      : tree(t), placement(p), rays(r), lights(l), sources(t, p, links, snapshot) {
+    largest = sources.largest_radiosity();
+    if (lights == nullptr) return;
+    for (const LeafRecord& leaf : snapshot.leaves) {
+      for (const double h : leaf.irradiance) largest = std::max(largest, h);
+    }
+  }
+
+  // What lights bring to places of one leaf.
+  uint64_t AddLights(uint32_t leaf, std::span<const GatherPlace> places, double scale) const {
+    uint64_t traced = 0;
+    for (const GatherPlace& place : places) {
+      const Rgb given =
+          lights->At({place.position, tree.normal(leaf), tree.surface_of(leaf).polygon}, &traced);
+      for (int c = 0; c < 3; ++c) {
+        place.sums[c] += std::llround(scale * std::min(given[c], kMostGiven * largest));
+      }
+    }
+    return traced;
+  }
 
   std::vector<GatherPlace> PlacesOf(const Run& run, std::span<const NodeId> elements,
                                     std::span<const uint8_t> corners, int64_t* sums) const {
@@ -113,13 +134,16 @@ struct Gatherer::Impl {
   }
 
   const Tree& tree;
+  const Placement& placement;
   const RayScene& rays;
+  const LightField* lights;
   SourceFinder sources;
+  double largest;  // radiosity and, where there are lights, irradiance of a leaf, W/m²
 };
 
 Gatherer::Gatherer(const Tree& tree, const Placement& placement, const LinkSet& links,
-                   const Snapshot& snapshot, const RayScene& rays)
-    : impl_(std::make_unique<Impl>(tree, placement, links, snapshot, rays)) {}
+                   const Snapshot& snapshot, const RayScene& rays, const LightField* lights)
+    : impl_(std::make_unique<Impl>(tree, placement, links, snapshot, rays, lights)) {}
 Gatherer::~Gatherer() = default;
 
 Result<GatherPart> Gatherer::AtCorners(std::span<const NodeId> elements,
@@ -131,9 +155,8 @@ Result<GatherPart> Gatherer::AtCorners(std::span<const NodeId> elements,
   }
   GatherPart part;
   part.sums.assign(12 * elements.size(), 0);
-  const double largest = impl_->sources.largest_radiosity();
-  if (!(largest > 0)) return part;
-  part.exponent = 49 - std::ilogb(largest);
+  if (!(impl_->largest > 0)) return part;
+  part.exponent = 49 - std::ilogb(impl_->largest);
   const double scale = std::ldexp(1.0, part.exponent);
   ASSIGN_OR_RETURN(const std::vector<Run> runs, RunsOf(impl_->tree, elements));
   std::atomic<uint64_t> traced{0};
@@ -151,6 +174,9 @@ Result<GatherPart> Gatherer::AtCorners(std::span<const NodeId> elements,
       const std::span<SourceBlock* const> blocks = descent.To(leaf);
       const double rays_per_doubt = impl_->sources.RaysPerDoubt(leaf, options);
       for (const GatherPlace& place : places) gather.Evaluate(place, blocks, rays_per_doubt);
+      if (impl_->lights != nullptr && impl_->placement.IsMine(leaf)) {
+        traced += impl_->AddLights(leaf, places, scale);
+      }
     }
     traced += gather.traced();
   });

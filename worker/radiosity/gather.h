@@ -1,6 +1,6 @@
 // Irradiance at output points, through the links: coarse transport, fine output.
 //
-//   H(x) = Σ over links of the leaf and of all above it:  V(x, q) B_q F(x→q)
+//   H(x) = Σ over links of the leaf and of all above it:  V(x, q) B_q F(x→q), and what lights bring
 // with F in closed form at the point, sources opened where they carry much and vary, and V from
 // rays at the point for links in doubt, from the link otherwise. About K rays a point, shared out
 // in proportion to what each link brings and to the deviation of its visibility.
@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/hierarchy/shard_data.h"
+#include "worker/radiosity/light_field.h"
 #include "worker/radiosity/matvec.h"
 
 namespace isolux {
@@ -31,8 +32,9 @@ struct GatherOptions {
 // Made once a snapshot; keeps references to all it is given.
 class Gatherer {
  public:
+  // `lights`: null where there are none. Of them each worker adds what reaches its own leaves.
   Gatherer(const Tree& tree, const Placement& placement, const LinkSet& links,
-           const Snapshot& snapshot, const RayScene& rays);
+           const Snapshot& snapshot, const RayScene& rays, const LightField* lights);
   ~Gatherer();
 
   // `elements`: sorted, leaves of the snapshot the tree was installed from, or below them.

@@ -105,12 +105,13 @@ std::vector<std::vector<NodeId>> ListWanted(const Tree& tree, const Placement& p
 }  // namespace
 
 Result<ActiveNodes> Subscribe(Tree& tree, Placement& placement, const LinkSet& links,
-                              Exchange& exchange) {
+                              std::span<const uint32_t> asked, Exchange& exchange) {
   const Slots slots(tree);
   ActiveNodes nodes;
   std::vector<uint8_t> ends;
   const std::vector<std::vector<NodeId>> wanted =
       ListWanted(tree, placement, links, ends, nodes.directions);
+  for (const uint32_t node : asked) ends[node] = 1;
   ASSIGN_OR_RETURN(const std::vector<NodeId> exported, exchange.Subscribe(wanted));
   for (const NodeId& id : exported) {
     if (!id.is_cluster() && id.surface < tree.hierarchy().surfaces().size() &&

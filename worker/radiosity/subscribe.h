@@ -26,8 +26,9 @@ struct ActiveNodes {
 };
 
 // Tells the other workers which of their nodes the links here end at, makes those of our own that
-// they name, and lists the nodes of the round. The leaves are the union of what all blocks ask for.
+// they name, and lists the nodes of the round. The leaves are the union of what all blocks ask for,
+// and of `asked`, own nodes that lights ask for.
 Result<ActiveNodes> Subscribe(Tree& tree, Placement& placement, const LinkSet& links,
-                              Exchange& exchange);
+                              std::span<const uint32_t> asked, Exchange& exchange);
 
 }  // namespace isolux

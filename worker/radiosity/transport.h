@@ -22,6 +22,7 @@ struct LeafSystemOf {
   std::vector<double> area_m2;
   std::vector<V> reflectance;
   std::vector<V> exitance;          // W/m²
+  std::vector<V> given;             // irradiance that lights bring, W/m²; empty: there are none
   std::vector<double> closure;      // factor d of the symmetric closure D C D
   std::vector<double> inheritance;  // factor of what comes from the nodes above
 

@@ -37,18 +37,25 @@ Tint FindTint(const Hierarchy& hierarchy) {
   return tint;
 }
 
+// What shines, W/m² or W/sr, lamps first.
+std::vector<Rgb> ColoursOfLight(const Hierarchy& hierarchy) {
+  std::vector<Rgb> colours;
+  for (const Surface& s : hierarchy.surfaces()) colours.push_back(s.exitance);
+  for (const Light& light : hierarchy.scene().lights) colours.push_back(light.intensity);
+  std::erase_if(colours, [](const Rgb& colour) { return !(Sum(colour) > 0); });
+  return colours;
+}
+
 // Whether all lamps are of one colour, bright or dim.
 bool LampsAreAlike(const Hierarchy& hierarchy) {
-  Rgb first(0.0);
   for (const Surface& s : hierarchy.surfaces()) {
-    const double sum = Sum(s.exitance);
-    if (!(sum > 0)) continue;
-    if (hierarchy.maps().TintsExitance(s)) return false;
-    const Rgb colour = s.exitance / sum;
-    if (Sum(first) == 0) first = colour;
-    if (LargestOf(glm::abs(colour - first)) > 1e-9) return false;
+    if (Sum(s.exitance) > 0 && hierarchy.maps().TintsExitance(s)) return false;
   }
-  return true;
+  const std::vector<Rgb> colours = ColoursOfLight(hierarchy);
+  return std::ranges::all_of(colours, [&](const Rgb& colour) {
+    const Rgb off = colour / Sum(colour) - colours[0] / Sum(colours[0]);
+    return LargestOf(glm::abs(off)) <= 1e-9;
+  });
 }
 
 }  // namespace
@@ -72,9 +79,11 @@ Effect DetectColour(const Hierarchy& hierarchy) {
 void SetLightColour(const Hierarchy& hierarchy, EffectsPlan* plan) {
   Rgb emitted_w(0.0), brightest(0.0);
   for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
-    const Rgb& exitance = hierarchy.surfaces()[s].exitance;
-    emitted_w += hierarchy.surface_area_m2(s) * exitance;
-    if (Sum(exitance) > Sum(brightest)) brightest = exitance;
+    emitted_w += hierarchy.surface_area_m2(s) * hierarchy.surfaces()[s].exitance;
+  }
+  for (const Light& light : hierarchy.scene().lights) emitted_w += BroughtPower(hierarchy, light);
+  for (const Rgb& colour : ColoursOfLight(hierarchy)) {
+    if (Sum(colour) > Sum(brightest)) brightest = colour;
   }
   if (!(Sum(brightest) > 0)) return;
   const bool alike = LampsAreAlike(hierarchy);

@@ -14,6 +14,14 @@ Effect DetectInterreflection(const Hierarchy& hierarchy);
 Effect DetectClosure(const Hierarchy& hierarchy);
 Effect DetectTwoSided(const Hierarchy& hierarchy);
 
+// lights.cc: what comes from no polygon.
+Effect DetectLights(const Hierarchy& hierarchy);
+// Power that a light brings to the surfaces at most, W.
+Rgb BroughtPower(const Hierarchy& hierarchy, const Light& light);
+// Whether a light may stand behind a side that takes part, or far away: then things stand between
+// even in a convex room.
+bool ShinesFromOutside(const Hierarchy& hierarchy, const Light& light);
+
 // colour.cc
 Effect DetectColour(const Hierarchy& hierarchy);
 
@@ -25,7 +33,6 @@ Effect DetectOpacityMaps(const Scene& scene);
 Effect DetectMirrors(const Scene& scene);
 Effect DetectGloss(const Scene& scene);
 Effect DetectClearGlass(const Scene& scene);
-Effect DetectLights(const Scene& scene);
 
 // The light of all lamps as one colour times one number, for a plan of one channel.
 void SetLightColour(const Hierarchy& hierarchy, EffectsPlan* plan);

@@ -15,9 +15,14 @@ double LargestReflectance(const Hierarchy& hierarchy) {
 }
 
 Effect DetectOcclusion(const Hierarchy& hierarchy) {
-  Effect effect{.name = "occlusion", .present = !hierarchy.convex()};
-  if (effect.present) {
+  const auto& lights = hierarchy.scene().lights;
+  const bool from_outside = std::ranges::any_of(
+      lights, [&](const Light& light) { return ShinesFromOutside(hierarchy, light); });
+  Effect effect{.name = "occlusion", .present = !hierarchy.convex() || from_outside};
+  if (!hierarchy.convex()) {
     effect.evidence = "polygons stand in front of others";
+  } else if (from_outside) {
+    effect.evidence = "one convex room, with light from outside";
   } else {
     effect.evidence = "one convex room: nothing stands between";
     effect.bound = 0.0;

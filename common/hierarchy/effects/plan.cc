@@ -17,7 +17,7 @@ std::vector<Effect> DetectAll(const Hierarchy& hierarchy) {
       DetectColour(hierarchy),   DetectOcclusion(hierarchy), DetectInterreflection(hierarchy),
       DetectClosure(hierarchy),  DetectTwoSided(hierarchy),  DetectTextures(scene),
       DetectEmissionMaps(scene), DetectOpacityMaps(scene),   DetectMirrors(scene),
-      DetectGloss(scene),        DetectClearGlass(scene),    DetectLights(scene),
+      DetectGloss(scene),        DetectClearGlass(scene),    DetectLights(hierarchy),
   };
 }
 
@@ -104,6 +104,7 @@ EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const Effe
   table.plan.occlusion = Find(table.effects, "occlusion").on;
   table.plan.interreflection = Find(table.effects, "interreflection").on;
   table.plan.closure = closure.on;
+  table.plan.lights = Find(table.effects, "lights").on;
   return table;
 }
 

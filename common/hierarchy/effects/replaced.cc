@@ -83,8 +83,4 @@ Effect DetectClearGlass(const Scene& scene) {
                   "taken as opaque and diffuse, with Kd");
 }
 
-Effect DetectLights(const Scene& scene) {
-  return Replaced(scene, "lights", {"lights without area"}, "light", "left out");
-}
-
 }  // namespace isolux

@@ -306,21 +306,70 @@ TEST(GltfReader, HoldsItsLimits) {
   EXPECT_THAT(ErrorOf(file, limits), HasSubstr("nodes[2], meshes[0].primitives[0]: more than 9"));
 }
 
+// A file with one light, turned about x by 90° and moved.
+GltfFile WithLight(const Json& light, const Json& scale = {1, 1, 1}) {
+  GltfFile file = Square();
+  const double half = std::sqrt(0.5);
+  file.Node({{"translation", {1, 2, 3}},
+             {"rotation", {half, 0, 0, half}},
+             {"scale", scale},
+             {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+  file.json["extensions"]["KHR_lights_punctual"]["lights"] = Json::array({light});
+  file.json["extensionsRequired"] = Json::array({"KHR_lights_punctual"});
+  return file;
+}
+
+TEST(GltfReader, ReadsLightsWhereTheirNodesAre) {
+  const SceneFile point = Read(WithLight({{"type", "point"}}));
+  ASSERT_EQ(point.lights.size(), 1U);
+  EXPECT_EQ(point.lights[0].kind, LightKind::kPoint);
+  EXPECT_EQ(point.lights[0].position_m, Vec3(1, 2, 3));
+  EXPECT_EQ(point.lights[0].intensity, Rgb(1.0));
+  EXPECT_EQ(point.lights[0].name, "nodes[1]");
+
+  const SceneFile sun = Read(WithLight(
+      {{"type", "directional"}, {"name", "sun"}, {"color", {1, 0.5, 0.25}}, {"intensity", 8}},
+      {2, 2, 2}));
+  ASSERT_EQ(sun.lights.size(), 1U);
+  EXPECT_EQ(sun.lights[0].kind, LightKind::kDirectional);
+  EXPECT_EQ(sun.lights[0].intensity, Rgb(8, 4, 2));
+  EXPECT_EQ(sun.lights[0].name, "sun");
+  EXPECT_LT(glm::length(sun.lights[0].direction - Vec3(0, 1, 0)), 1e-12);  // −z, turned
+
+  const SceneFile spot = Read(
+      WithLight({{"type", "spot"}, {"spot", {{"innerConeAngle", 0.1}, {"outerConeAngle", 0.2}}}}));
+  ASSERT_EQ(spot.lights.size(), 1U);
+  EXPECT_EQ(spot.lights[0].kind, LightKind::kSpot);
+  EXPECT_DOUBLE_EQ(spot.lights[0].cosine_full, std::cos(0.1));
+  EXPECT_DOUBLE_EQ(spot.lights[0].cosine_none, std::cos(0.2));
+}
+
+TEST(GltfReader, RefusesLightsThatMakeNoSense) {
+  EXPECT_THAT(ErrorOf(WithLight({{"type", "area"}})), HasSubstr("lights[0]: its type is none of"));
+  EXPECT_THAT(ErrorOf(WithLight({{"type", "point"}, {"intensity", -1}})), HasSubstr("negative"));
+  EXPECT_THAT(ErrorOf(WithLight({{"type", "point"}, {"color", {1, 1}}})),
+              HasSubstr("three numbers"));
+  EXPECT_THAT(ErrorOf(WithLight({{"type", "spot"},
+                                 {"spot", {{"innerConeAngle", 0.3}, {"outerConeAngle", 0.2}}}})),
+              HasSubstr("angles must rise"));
+  EXPECT_THAT(ErrorOf(WithLight({{"type", "directional"}}, {0, 0, 0})),
+              HasSubstr("nodes[1]: its scale"));
+  GltfFile file = WithLight({{"type", "point"}});
+  file.json["nodes"][1]["extensions"]["KHR_lights_punctual"]["light"] = 7;
+  EXPECT_THAT(ErrorOf(file), HasSubstr("nodes[1]: its light 7 does not exist, the file has 1"));
+}
+
 TEST(GltfReader, TellsWhatItLeavesOut) {
   GltfFile file = Square();
   file.Node({{"mesh", file.Mesh(0, -1, -1, 1)}, {"name", "wire"}});
   file.Node({{"camera", 0}});
   file.json["cameras"].push_back(
       {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}}}});
-  file.Node({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
-  file.json["extensions"]["KHR_lights_punctual"]["lights"] = Json::array({{{"type", "point"}}});
-  file.json["extensionsRequired"] = Json::array({"KHR_lights_punctual"});
   file.json["meshes"][0]["primitives"][0]["targets"] = Json::array({{{"POSITION", 0}}});
   const SceneFile scene = Read(file);
   EXPECT_EQ(scene.faces.size(), 2U);
   EXPECT_THAT(scene.lines, ElementsAre("test.gltf: nodes[1] 'wire', meshes[1].primitives[0]"));
   EXPECT_THAT(scene.cameras, ElementsAre("test.gltf: nodes[2]"));
-  EXPECT_THAT(scene.lights, ElementsAre("test.gltf: nodes[3]"));
   EXPECT_THAT(scene.animated, ElementsAre("test.gltf: nodes[0] 'floor', meshes[0].primitives[0]"));
   GltfFile wires;
   wires.Node({{"mesh", wires.Mesh(wires.Points({{0, 0, 0}, {1, 0, 0}}), -1, -1, 1)}});

@@ -70,6 +70,19 @@ TEST(OwnScenes, TextureHasMapsOfBothKinds) {
   }
 }
 
+TEST(OwnScenes, LightsStandBeside) {
+  const Scene scene = ImportOwn("effects/lights/lights.obj", "m");
+  ASSERT_EQ(scene.lights.size(), 4U);
+  EXPECT_EQ(scene.lights[1].kind, LightKind::kSpot);
+  EXPECT_EQ(scene.lights[3].kind, LightKind::kDirectional);
+  Bounds3 bounds;
+  for (const Vec3& v : scene.vertices) bounds.Add(v);
+  for (int i = 0; i < 3; ++i) {
+    const Vec3& at = scene.lights[i].position_m;
+    EXPECT_EQ(glm::clamp(at, bounds.low, bounds.high), at);
+  }
+}
+
 struct Expected {
   const char* name;
   uint32_t file_polygons;

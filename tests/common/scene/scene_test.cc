@@ -36,6 +36,58 @@ TEST(SceneBytes, RoundTrip) {
   EXPECT_EQ(back->file_polygon_count, 24U);
 }
 
+// Lights follow all else, and scenes without are encoded as if there were none.
+TEST(SceneBytes, LightsFollow) {
+  Scene scene = testing::CornellBox(true);
+  const std::string dark = Encode(scene);
+  scene.lights.resize(2);
+  scene.lights[0].name = "bulb";
+  scene.lights[0].position_m = {1, 2, 3};
+  scene.lights[0].intensity = {4, 5, 6};
+  scene.lights[1].kind = LightKind::kSpot;
+  scene.lights[1].direction = {0, 0.6, 0.8};
+  scene.lights[1].cosine_full = 0.75;
+  scene.lights[1].cosine_none = 0.5;
+  EXPECT_TRUE(Validate(scene).ok());
+  const std::string bytes = Encode(scene);
+  EXPECT_EQ(bytes.substr(0, dark.size()), dark);
+  const Result<Scene> back = Decode(bytes);
+  ASSERT_TRUE(back.has_value()) << back.error().message();
+  EXPECT_EQ(back->lights, scene.lights);
+  EXPECT_EQ(Encode(*back), bytes);
+  for (size_t length = dark.size() + 1; length < bytes.size(); ++length) {
+    EXPECT_FALSE(Decode(bytes.substr(0, length)).has_value()) << length;
+  }
+  EXPECT_FALSE(Decode(bytes + '\0').has_value());
+  SceneLimits limits;
+  limits.lights = 1;
+  EXPECT_EQ(Decode(bytes, limits).error().code(), StatusCode::kResourceExhausted);
+  std::string many = bytes;  // a count that nothing follows
+  many.replace(dark.size() + 8, 8, std::string("\0\x10\0\0\0\0\0\0", 8));
+  EXPECT_EQ(Decode(many).error().code(), StatusCode::kDataLoss);
+}
+
+TEST(SceneCheck, RefusesLightsThatMakeNoSense) {
+  Scene scene = testing::FurnaceCube(0.5, 1);
+  scene.lights.resize(1);
+  const Light good = scene.lights[0];
+  EXPECT_TRUE(Validate(scene).ok());
+  scene.lights[0].intensity.y = -1;
+  ExpectRefused(scene, "light 0 '': its intensity is negative");
+  scene.lights[0] = good;
+  scene.lights[0].direction = {0, 0, 2};
+  ExpectRefused(scene, "not of length 1");
+  scene.lights[0] = good;
+  scene.lights[0].position_m.x = kNan;
+  ExpectRefused(scene, "not a point");
+  scene.lights[0] = good;
+  scene.lights[0].cosine_none = 1.5;
+  ExpectRefused(scene, "inner angle");
+  scene.lights[0] = good;
+  scene.lights[0].kind = static_cast<LightKind>(9);
+  ExpectRefused(scene, "unknown kind");
+}
+
 TEST(SceneBytes, EqualScenesHaveEqualBytes) {
   Scene a = testing::FurnaceCube(0.5, 1);
   Scene b = a;

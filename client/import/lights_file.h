@@ -1,0 +1,26 @@
+// isolux.json: lights that stand beside a scene file, for formats that have none. One in a folder
+// counts for every scene of it.
+//
+//   {"lights": [{"type": "point", "position": [x, y, z], "intensity": 12},
+//               {"type": "spot", "position": …, "direction": [x, y, z], "intensity": [r, g, b],
+//                "inner_angle": 20, "outer_angle": 30},
+//               {"type": "directional", "direction": …, "irradiance": …}]}
+//
+// Positions are in the scene file's unit, intensities W/sr, irradiances W/m² across the light,
+// angles in degrees from the axis.
+#pragma once
+
+#include <string>
+
+#include "client/import/scene_file.h"
+#include "common/util/status.h"
+
+namespace isolux {
+
+// Adds what isolux.json in the folder of the scene says, where there is one. Unknown keys are
+// errors; they name the file, the element and the remedy.
+Status AddLightsFile(SceneFile* file);
+// The same from its text; `name` stands in messages.
+Status ParseLightsFile(const std::string& text, const std::string& name, SceneFile* file);
+
+}  // namespace isolux

@@ -1,0 +1,46 @@
+// Lights: what brings light to a scene without being one of its polygons. A point radiates by
+// direction; a directional light is so far away that it is the same everywhere.
+//
+// Powers are in the unit of the file's other emission: W where a material's emission is in
+// W/(m² sr), lm where it is in cd/m².
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/util/bytes.h"
+#include "common/util/status.h"
+#include "common/vec.h"
+
+namespace isolux {
+
+enum class LightKind : uint8_t { kPoint = 0, kSpot = 1, kDirectional = 2 };
+
+struct Light {
+  std::string name;
+  LightKind kind = LightKind::kPoint;
+  Vec3 position_m{0.0};        // relative to Scene::origin_m; not of directional lights
+  Vec3 direction{0.0, 0, -1};  // in which the light goes, of length 1; not of points
+  Rgb intensity{0.0};          // W/sr along the direction; of a directional light W/m² across it
+  double cosine_full = 1;      // of a spot: up to this angle from its axis its intensity is whole,
+  double cosine_none = 0;      // and 0 from this larger angle on (KHR_lights_punctual)
+
+  bool operator==(const Light&) const = default;
+};
+
+// W/sr in a direction (of length 1) away from a point or spot.
+Rgb IntensityTowards(const Light& light, const Vec3& direction);
+
+// Power of a point or spot in all directions, W; not of directional lights, whose light has no end.
+Rgb PowerOf(const Light& light);
+
+// Whether kinds, vectors and numbers are in range. `number` stands in the message.
+Status CheckLight(const Light& light, size_t number);
+
+// A light as part of an encoded scene.
+void Put(ByteWriter& out, const Light& light);
+Light GetLight(ByteReader& in);
+inline constexpr uint64_t kLeastLightBytes = 4 + 1 + 11 * 8;
+
+}  // namespace isolux

@@ -1,0 +1,34 @@
+#include "worker/radiosity/energy.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace isolux {
+
+Status AddEnergy(const LeafSystem& leaves, std::span<const Lanes> irradiance,
+                 std::span<const double> escape, Exchange& exchange, RoundReport& report) {
+  Reduction energy;
+  energy.sums.resize(9);
+  for (size_t i = 0; i < leaves.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      const double h = irradiance[i][c], rho = leaves.reflectance[i][c], e = leaves.exitance[i][c];
+      energy.sums[c].Add(leaves.area_m2[i] * e);
+      if (!leaves.given.empty()) energy.sums[c].Add(leaves.area_m2[i] * leaves.given[i][c]);
+      energy.sums[3 + c].Add(leaves.area_m2[i] * (1 - rho) * h);
+      energy.sums[6 + c].Add(leaves.area_m2[i] * escape[i] * (e + rho * h));
+    }
+  }
+  ASSIGN_OR_RETURN(const Reduction total, exchange.Reduce(std::move(energy)));
+  for (int c = 0; c < 3; ++c) {
+    report.emitted_w[c] = total.sums[c].Value();
+    report.absorbed_w[c] = total.sums[3 + c].Value();
+    report.escaped_w[c] = total.sums[6 + c].Value();
+    if (!(report.emitted_w[c] > 0)) continue;
+    const double missing = report.emitted_w[c] - report.absorbed_w[c] - report.escaped_w[c];
+    report.energy_imbalance =
+        std::max(report.energy_imbalance, std::abs(missing) / report.emitted_w[c]);
+  }
+  return {};
+}
+
+}  // namespace isolux

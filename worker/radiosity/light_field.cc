@@ -1,0 +1,261 @@
+#include "worker/radiosity/light_field.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "common/hierarchy/effects/detectors.h"
+#include "common/util/random.h"
+#include "worker/coupling/lanes.h"
+#include "worker/radiosity/polygon_sampler.h"
+
+namespace isolux {
+namespace {
+
+constexpr int kSamples = 16;  // of an element: two packets of rays
+// What rays that all agree may still have missed: deviation of visibility. As that of links, whose
+// eight rays have 0.3, halved for each doubling of their number beyond.
+constexpr double kUnseen = 0.1;
+// Of the light that is partly hidden from a leaf: output elements are a quarter of it in size
+// (server/output_mesh.h), a border runs through four in sixteen, and interpolation is off by a
+// quarter there.
+constexpr double kBorder = 1.0 / 16;
+
+// The light of one source as a point sees it.
+struct Arrival {
+  Vec3 from{0.0};    // a point of the light, or far away towards it
+  double share = 0;  // of the intensity: cosine over squared distance, or cosine
+  Rgb intensity{0.0};
+
+  Rgb irradiance() const { return share * intensity; }
+};
+
+Arrival ArrivalAt(const Light& light, const Vec3& point, const Vec3& normal, double far_m) {
+  if (light.kind == LightKind::kDirectional) {
+    return {point - far_m * light.direction, std::max(0.0, -glm::dot(normal, light.direction)),
+            light.intensity};
+  }
+  const Vec3 d = light.position_m - point;
+  const double distance2 = glm::dot(d, d), distance = std::sqrt(distance2);
+  const double height = glm::dot(normal, d);
+  if (!(height > 0) || !(distance2 > 0)) return {light.position_m, 0, Rgb(0.0)};
+  return {light.position_m, height / (distance2 * distance),
+          IntensityTowards(light, -d / distance)};
+}
+
+// Solid angle of a triangle seen from the origin ([VanOosteromStrackee83]), signed.
+double SolidAngle(const Vec3& a, const Vec3& b, const Vec3& c) {
+  const double la = glm::length(a), lb = glm::length(b), lc = glm::length(c);
+  const double volume = glm::dot(a, glm::cross(b, c));
+  const double sum = la * lb * lc + glm::dot(a, b) * lc + glm::dot(b, c) * la + glm::dot(c, a) * lb;
+  const double angle = 2 * Atan2Upper(Splat(std::abs(volume)), Splat(sum))[0];
+  return volume < 0 ? -angle : angle;
+}
+
+double SolidAngle(const ConvexPolygon& polygon, const Vec3& from) {
+  double angle = 0;
+  for (int i = 1; i + 1 < polygon.count; ++i) {
+    angle += SolidAngle(polygon.v[0] - from, polygon.v[i] - from, polygon.v[i + 1] - from);
+  }
+  return std::abs(angle);
+}
+
+// The point of a polygon nearest to a point of its plane.
+Vec3 NearestInside(const ConvexPolygon& polygon, const Vec3& normal, const Vec3& point) {
+  bool inside = true;
+  Vec3 nearest = polygon.v[0];
+  double least2 = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < polygon.count; ++i) {
+    const Vec3& a = polygon.v[i];
+    const Vec3 along = polygon.v[(i + 1) % polygon.count] - a;
+    inside &= glm::dot(glm::cross(along, point - a), normal) >= 0;
+    const double t = glm::dot(point - a, along) / std::max(glm::dot(along, along), 1e-300);
+    const Vec3 candidate = a + std::clamp(t, 0.0, 1.0) * along;
+    const double distance2 = glm::dot(candidate - point, candidate - point);
+    if (distance2 < least2) {
+      least2 = distance2;
+      nearest = candidate;
+    }
+  }
+  return inside ? point : nearest;
+}
+
+double SumOf(const Rgb& c) { return c.x + c.y + c.z; }
+
+}  // namespace
+
+// Points of an element, spread evenly and by chance.
+struct LightField::Samples {
+  Samples(const ConvexPolygon& polygon, double noise_m, Random random)
+      : inside(DrawnIn(polygon, noise_m)), normal(polygon.Normal()) {
+    constexpr int kSide = 4;
+    static_assert(kSide * kSide == kSamples);
+    for (int i = 0; i < kSamples; ++i) {
+      const double u = (i % kSide + random.Unit()) / kSide;
+      const double v = (i / kSide + random.Unit()) / kSide;
+      points[i] = SamplePolygon(inside, u, v);
+    }
+    for (int i = 0; i < 4; ++i) {
+      const Vec3& corner = inside.v[i % inside.count];
+      rim[2 * i] = corner;
+      rim[2 * i + 1] = 0.5 * (corner + inside.v[(i + 1) % inside.count]);
+    }
+  }
+
+  ConvexPolygon inside;
+  Vec3 normal;
+  std::array<Vec3, kSamples> points;
+  std::array<Vec3, RayScene::kPacket> rim;  // corners and middles of sides
+};
+
+LightField::LightField(const Hierarchy& hierarchy, const RayScene& rays, const EffectsPlan& plan,
+                       uint64_t seed)
+    : hierarchy_(hierarchy),
+      rays_(rays),
+      shadows_(plan.occlusion),
+      seed_(seed),
+      far_m_(2 * hierarchy.extent_m()) {
+  if (plan.lights) lights_ = hierarchy.scene().lights;
+  for (const Light& light : lights_) power_w_ += BroughtPower(hierarchy, light);
+}
+
+GivenIrradiance LightField::Over(const NodeId& id, const ConvexPolygon& polygon) const {
+  GivenIrradiance sum;
+  const Samples samples(polygon, rays_.coordinate_noise_m(),
+                        Random(Hash(seed_, 0x1164u, Hash(id.surface, id.path))));
+  for (const Light& light : lights_) AddLight(light, id, polygon, samples, &sum);
+  return sum;
+}
+
+namespace {
+
+// Least and most of what one light brings to points of an element without obstacles: over the
+// samples, the corners, the point closest to the light and the one its axis meets.
+double UnoccludedRange(const Light& light, const ConvexPolygon& inside, const Vec3& normal,
+                       double far_m, double least, double most) {
+  const auto probe = [&](const Vec3& point) {
+    const double value = SumOf(ArrivalAt(light, point, normal, far_m).irradiance());
+    least = std::min(least, value);
+    most = std::max(most, value);
+  };
+  for (int i = 0; i < inside.count; ++i) probe(inside.v[i]);
+  const double height = glm::dot(normal, light.position_m - inside.v[0]);
+  probe(NearestInside(inside, normal, light.position_m - height * normal));
+  const double falls = -glm::dot(normal, light.direction);
+  if (light.kind == LightKind::kSpot && falls > 1e-9) {
+    probe(NearestInside(inside, normal, light.position_m + height / falls * light.direction));
+  }
+  return most - least;
+}
+
+}  // namespace
+
+// What a light sends to eight points, and which of them it reaches.
+struct LightField::Look {
+  std::array<Arrival, RayScene::kPacket> arrivals;
+  uint32_t lit = 0, free = 0;  // by bits: facing the light; and with nothing between
+
+  int reached() const { return std::popcount(free); }
+  int hidden() const { return std::popcount(lit & ~free); }
+};
+
+LightField::Look LightField::LookAt(const Light& light, const Vec3& normal, uint32_t polygon,
+                                    std::span<const Vec3> points) const {
+  Look look;
+  RayPacket packet;
+  for (int i = 0; i < RayScene::kPacket; ++i) {
+    look.arrivals[i] = ArrivalAt(light, points[i], normal, far_m_);
+    if (SumOf(look.arrivals[i].irradiance()) > 0) {
+      packet.Set(i, {points[i], look.arrivals[i].from, polygon, RayHit::kNothing});
+    }
+  }
+  look.lit = packet.valid;
+  look.free = shadows_ && packet.valid != 0 ? rays_.Visible(packet) : packet.valid;
+  return look;
+}
+
+void LightField::AddLight(const Light& light, const NodeId& id, const ConvexPolygon& polygon,
+                          const Samples& samples, GivenIrradiance* sum) const {
+  const bool distant = light.kind == LightKind::kDirectional;
+  const double cosine = -glm::dot(samples.normal, light.direction);
+  if (distant ? cosine <= 0 : glm::dot(samples.normal, light.position_m - polygon.v[0]) <= 0) {
+    return;
+  }
+  const uint32_t own = hierarchy_.surfaces()[id.surface].polygon;
+  Rgb whole(0.0), seen(0.0);  // over the samples: without obstacles, past them
+  double shares = 0, least = std::numeric_limits<double>::infinity(), most = 0;
+  int reached = 0, hidden = 0;
+  for (int first = 0; first < kSamples; first += RayScene::kPacket) {
+    const Look look = LookAt(light, samples.normal, own,
+                             std::span(samples.points).subspan(first, RayScene::kPacket));
+    for (int i = 0; i < RayScene::kPacket; ++i) {
+      const Rgb irradiance = look.arrivals[i].irradiance();
+      shares += look.arrivals[i].share;
+      whole += irradiance;
+      if ((look.free >> i & 1) != 0) seen += irradiance;
+      least = std::min(least, SumOf(irradiance));
+      most = std::max(most, SumOf(irradiance));
+    }
+    reached += look.reached();
+    hidden += look.hidden();
+    if (shadows_) sum->rays += static_cast<uint32_t>(std::popcount(look.lit));
+  }
+  if (shadows_) {  // borders of shadows cross the rim
+    const Look rim = LookAt(light, samples.normal, own, samples.rim);
+    reached += rim.reached();
+    hidden += rim.hidden();
+    sum->rays += static_cast<uint32_t>(std::popcount(rim.lit));
+  }
+  // Mean share without obstacles over that of the samples: makes even intensities exact.
+  const double exact = distant ? cosine : SolidAngle(polygon, light.position_m) / polygon.Area();
+  const double scale = shares > 0 ? exact / shares : 0.0;
+  sum->mean += scale * seen;
+  const double unoccluded = scale * SumOf(whole);
+  const double range =
+      distant ? 0.0 : UnoccludedRange(light, samples.inside, samples.normal, far_m_, least, most);
+  AddDoubt({unoccluded, SumOf(whole) > 0 ? SumOf(seen) / SumOf(whole) : 0.0, range,
+            std::max(most, unoccluded), reached > 0, hidden > 0, light.kind == LightKind::kSpot},
+           sum);
+}
+
+// How far what one light brings to an element varies, and may be wrong.
+void LightField::AddDoubt(const Doubt& doubt, GivenIrradiance* sum) const {
+  const bool partly = doubt.reaches && doubt.is_hidden;
+  if (partly) {
+    sum->range += doubt.most;
+    sum->border += kBorder * doubt.most;
+  } else {
+    sum->range += doubt.range * (doubt.reaches ? 1.0 : kUnseen);
+    if (shadows_) sum->range += kUnseen * doubt.unoccluded;
+  }
+  const double visibility = partly ? std::sqrt(doubt.share * (1 - doubt.share)) : 0.0;
+  const double deviation = shadows_ ? std::max(visibility, kUnseen) : 0.0;
+  // Intensities that vary are summed over the samples: their deviation is about 0.3 of the range.
+  const double uneven = doubt.uneven ? 0.3 * doubt.range : 0.0;
+  sum->error += (deviation * doubt.unoccluded + uneven) / std::sqrt(kSamples);
+}
+
+Rgb LightField::At(const LitPoint& point, uint64_t* rays) const {
+  Rgb irradiance(0.0);
+  for (size_t first = 0; first < lights_.size(); first += RayScene::kPacket) {
+    const size_t count = std::min<size_t>(RayScene::kPacket, lights_.size() - first);
+    std::array<Arrival, RayScene::kPacket> arrivals;
+    RayPacket packet;
+    for (size_t i = 0; i < count; ++i) {
+      arrivals[i] = ArrivalAt(lights_[first + i], point.position, point.normal, far_m_);
+      if (SumOf(arrivals[i].irradiance()) > 0) {
+        packet.Set(static_cast<int>(i),
+                   {point.position, arrivals[i].from, point.polygon, RayHit::kNothing});
+      }
+    }
+    if (packet.valid == 0) continue;
+    const uint32_t free = shadows_ ? rays_.Visible(packet) : packet.valid;
+    if (shadows_) *rays += static_cast<uint64_t>(std::popcount(packet.valid));
+    for (size_t i = 0; i < count; ++i) {
+      if ((free >> i & 1) != 0) irradiance += arrivals[i].irradiance();
+    }
+  }
+  return irradiance;
+}
+
+}  // namespace isolux
