@@ -8,6 +8,7 @@
 #include "common/util/random.h"
 #include "tests/support/local_cluster.h"
 #include "tests/support/scenes.h"
+#include "worker/coupling/point_factor.h"
 
 namespace isolux::testing {
 namespace {
@@ -213,6 +214,116 @@ TEST(Lights, NoLightComesThroughWalls) {
   }
 }
 
+Sky EvenSky(const Rgb& radiance) {
+  Sky sky;
+  sky.columns = sky.rows = 1;
+  for (int c = 0; c < 3; ++c) sky.texels.push_back(static_cast<float>(radiance[c]));
+  return sky;
+}
+
+TEST(Lights, AnOpenPlaneGetsPiTimesTheSky) {
+  Scene scene = Floor(0.5);
+  scene.sky = EvenSky({1, 2, 3});
+  const SolveResult result = Solve(scene);
+  ASSERT_FALSE(result.patch.vertices.empty());
+  for (const PatchVertex& vertex : result.patch.vertices) {
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(vertex.irradiance[c], (c + 1) * pi, 1e-6);
+  }
+  EXPECT_NEAR(result.summary.rounds.back().emitted_w[1], 2 * pi * 16, 1e-9);
+  EXPECT_LT(result.summary.rounds.back().energy_imbalance, 1e-9);
+}
+
+// The whole sphere is even, the upper half alone is lit: a plane on edge gets half.
+TEST(Lights, TheGroundIsDark) {
+  Scene scene = Floor(0.0);
+  scene.sky = EvenSky(Rgb(1.0));
+  scene.sky.rows = 2;
+  scene.sky.texels = {1, 1, 1, 0, 0, 0};
+  scene.sky.up = {1, 0, 0};
+  for (const PatchVertex& vertex : Solve(scene).patch.vertices) {
+    EXPECT_NEAR(vertex.irradiance[0], 0.5 * pi, 0.005 * pi);
+  }
+}
+
+// A room of which the ceiling is missing.
+Scene OpenRoom(double reflectance) {
+  BoxFaces faces;
+  faces.reflectance.fill(Rgb(reflectance));
+  Scene scene = BoxRoom({1, 2, 1.5}, faces);
+  scene.polygons.pop_back();
+  scene.sky = EvenSky(Rgb(1.0));
+  return scene;
+}
+
+TEST(Lights, AnOpeningShowsItsFormFactorOfTheSky) {
+  const Scene scene = OpenRoom(0);
+  const double accuracy = 0.05;
+  const SolveResult result = Solve(scene, accuracy);
+  const std::array<Vec3, 4> opening = {Vec3(0, 0, 1.5), Vec3(0, 2, 1.5), Vec3(1, 2, 1.5),
+                                       Vec3(1, 0, 1.5)};
+  double off = 0, arriving = 0;
+  int points = 0;
+  for (const PatchVertex& vertex : result.patch.vertices) {
+    const Vec3& x = vertex.position;
+    if (x.z > 1e-6 || std::min({x.x, x.y, 1 - x.x, 2 - x.y}) < 1e-3) continue;  // of the floor
+    const double factor =
+        PointFormFactors(Vec3x4(std::array<Vec3, 4>{x, x, x, x}), Vec3(0, 0, 1), opening)[0];
+    off += std::abs(vertex.irradiance[0] - pi * factor);
+    arriving += pi * factor;
+    ++points;
+  }
+  EXPECT_GT(points, 20);
+  EXPECT_LT(off / arriving, accuracy);
+  // The same in power: the floor's form factor of the opening, by row sums.
+  EXPECT_NEAR(result.summary.rounds.back().escaped_w[0], 0, 1e-12);
+}
+
+// The edge of a square in front of a sun of 10°: beyond half a diameter all or nothing arrives,
+// between that the share of the disc that an edge leaves.
+TEST(Lights, TheSunIsADisc) {
+  Scene scene = ShadedFloor();
+  scene.lights[0].direction = {0, 0, -1};
+  scene.lights[0].disc_radius = std::tan(5 * pi / 180);
+  const SolveResult result = Solve(scene, 0.01);
+  int penumbra = 0;
+  double off = 0;
+  for (const PatchVertex& vertex : result.patch.vertices) {
+    const Vec3& x = vertex.position;
+    if (x.z > 0.5 || std::abs(x.x) > 1 || std::abs(x.y) > 0.3)
+      continue;  // of two edges, the middle
+    const double t = (std::abs(x.x) - 0.5) / scene.lights[0].disc_radius;
+    if (std::abs(t) > 1.001) {
+      EXPECT_NEAR(vertex.irradiance[0], t > 0 ? 800.0 : 0.0, 0.5);
+      continue;
+    }
+    const double s = std::clamp(t, -1.0, 1.0);
+    const double share = 0.5 + (std::asin(s) + s * std::sqrt(1 - s * s)) / pi;
+    EXPECT_NEAR(vertex.irradiance[0], share * 800, 0.2 * 800);
+    off += vertex.irradiance[0] - share * 800;
+    ++penumbra;
+  }
+  ASSERT_GT(penumbra, 10);
+  EXPECT_LT(std::abs(off) / penumbra, 0.02 * 800);
+}
+
+TEST(Lights, SunAndSkyKeepTheBits) {
+  Scene scene = OpenRoom(0.6);
+  scene.lights = {DirectionalLight({0.3, 0.4, -1}, {500, 480, 450})};
+  scene.lights[0].disc_radius = 0.00465;
+  SolveOptions options;
+  options.accuracy = 0.1;
+  options.epsilons = {200, 40};
+  std::string reference;
+  for (const int workers : {1, 2, 3}) {
+    auto result = SolveInProcess(scene, options, workers, 3 - workers % 2);
+    ASSERT_TRUE(result.has_value()) << result.error().message();
+    EXPECT_LT(result->summary.rounds.back().energy_imbalance, 0.05);
+    const std::string bytes = BytesWithoutComments(std::move(result->patch));
+    if (reference.empty()) reference = bytes;
+    EXPECT_EQ(bytes, reference) << workers;
+  }
+}
+
 Scene LitRoom() {
   Scene scene = RandomRoom(3, 3);
   Bounds3 bounds;
@@ -244,12 +355,14 @@ TEST(Lights, SameBitsForAnyNumberOfWorkers) {
 TEST(Lights, WithoutLightsNothingChanges) {
   const Scene scene = RandomRoom(3, 2);
   const std::string plain = BytesWithoutComments(Solve(scene, 0.1, "auto").patch);
-  EXPECT_EQ(BytesWithoutComments(Solve(scene, 0.1, "+lights").patch), plain);
-  EXPECT_EQ(BytesWithoutComments(Solve(scene, 0.1, "-lights").patch), plain);
+  EXPECT_EQ(BytesWithoutComments(Solve(scene, 0.1, "+lights,+sun,+sky").patch), plain);
+  EXPECT_EQ(BytesWithoutComments(Solve(scene, 0.1, "-lights,-sun,-sky").patch), plain);
   // Those of a scene that are switched off leave no trace either, but in shadows and colours.
   Scene lit = scene;
   lit.lights = LitRoom().lights;
-  EXPECT_EQ(BytesWithoutComments(Solve(lit, 0.1, "-lights,+occlusion,+colour").patch),
+  lit.lights[2].disc_radius = 0.01;
+  lit.sky = EvenSky(Rgb(1.0));
+  EXPECT_EQ(BytesWithoutComments(Solve(lit, 0.1, "-lights,-sun,-sky,+occlusion,+colour").patch),
             BytesWithoutComments(Solve(scene, 0.1, "+occlusion,+colour").patch));
 }
 

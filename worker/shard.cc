@@ -116,8 +116,9 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
 
 std::vector<GivenIrradiance> Shard::Impl::StartLights() {
   lights.reset();
-  if (!plan.lights || scene->lights.empty()) return {};
-  lights.emplace(hierarchy, rays, plan, options.seed);
+  if (scene->lights.empty() && !scene->sky.exists()) return {};
+  if (!plan.lights && !plan.sun && !plan.sky) return {};
+  lights.emplace(hierarchy, rays, scout, plan, options.accuracy, options.seed);
   std::vector<uint32_t> surfaces(hierarchy.surfaces().size());
   for (uint32_t s = 0; s < surfaces.size(); ++s) surfaces[s] = tree.SurfaceIndex(s);
   return GivenTo(surfaces, tree, *lights, pool);

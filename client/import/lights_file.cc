@@ -1,13 +1,12 @@
 #include "client/import/lights_file.h"
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <optional>
 
+#include "client/import/json_element.h"
+#include "client/import/sky_file.h"
 #include "client/import/text_file.h"
 #include "common/util/file.h"
 
@@ -18,80 +17,11 @@ using Json = nlohmann::json;
 
 constexpr uint64_t kMostBytes = 16 << 20;
 constexpr int kDeepest = 16;
-
-// An object of the file by its place in it: "lights[2]".
-struct Element {
-  const Json& json;
-  std::string where;  // with the file's name
-
-  template <typename... Args>
-  internal::Failure Error(fmt::format_string<Args...> format, Args&&... args) const {
-    return {MakeStatus(StatusCode::kInvalidArgument, "{}: {}", where,
-                       fmt::format(format, std::forward<Args>(args)...))};
-  }
-
-  Status CheckKeys(std::initializer_list<std::string_view> known) const {
-    if (!json.is_object()) return Error("not an object; write {{…}}");
-    for (const auto& item : json.items()) {
-      if (std::find(known.begin(), known.end(), item.key()) == known.end()) {
-        return Error("there is no key '{}' here: choose among {}", item.key(),
-                     fmt::join(known, ", "));
-      }
-    }
-    return {};
-  }
-
-  Result<double> Number(const char* key, std::optional<double> missing, double least,
-                        double most) const {
-    const auto found = json.find(key);
-    if (found == json.end() && missing) return *missing;
-    if (found != json.end() && found->is_number()) {
-      const double value = found->get<double>();
-      if (value >= least && value <= most) return value;
-    }
-    return Error("\"{}\" must be a number from {} to {}", key, least, most);
-  }
-
-  Result<Vec3> Vector(const char* key) const {
-    const auto found = json.find(key);
-    Vec3 result(0.0);
-    bool good = found != json.end() && found->is_array() && found->size() == 3;
-    for (int i = 0; good && i < 3; ++i) {
-      good = (*found)[i].is_number();
-      if (good) result[i] = (*found)[i].get<double>();
-      good = good && std::isfinite(result[i]);
-    }
-    if (good) return result;
-    return Error("\"{}\" must be three numbers, like [0, 1, 0]", key);
-  }
-
-  Result<Vec3> Direction(const char* key) const {
-    ASSIGN_OR_RETURN(const Vec3 v, Vector(key));
-    const double length = glm::length(v);
-    if (length > 1e-150 && length < 1e150) return v / length;
-    return Error("\"{}\" has no length; give it one", key);
-  }
-
-  // Three numbers, or one for all channels.
-  Result<Rgb> Colour(const char* key) const {
-    constexpr double kMost = 1e30;
-    if (const auto found = json.find(key); found != json.end() && found->is_number()) {
-      ASSIGN_OR_RETURN(const double value, Number(key, {}, 0, kMost));
-      return Rgb(value);
-    }
-    ASSIGN_OR_RETURN(const Rgb colour, Vector(key));
-    for (int c = 0; c < 3; ++c) {
-      if (!(colour[c] >= 0 && colour[c] <= kMost)) {
-        return Error("\"{}\" must be 0 or more, one number or three", key);
-      }
-    }
-    return colour;
-  }
-};
+constexpr double kSunDiameter = 0.533;  // degrees, seen from the earth
 
 double Cosine(double degrees) { return std::cos(degrees * std::numbers::pi / 180); }
 
-Status ReadSpot(const Element& element, Light* light) {
+Status ReadSpot(const JsonElement& element, Light* light) {
   ASSIGN_OR_RETURN(const double outer, element.Number("outer_angle", 45, 0, 90));
   ASSIGN_OR_RETURN(const double inner, element.Number("inner_angle", 0, 0, outer));
   light->kind = LightKind::kSpot;
@@ -100,7 +30,7 @@ Status ReadSpot(const Element& element, Light* light) {
   return {};
 }
 
-Result<Light> ReadLight(const Element& element) {
+Result<Light> ReadLight(const JsonElement& element) {
   if (!element.json.is_object()) return element.Error("not an object; write {{…}}");
   const auto type = element.json.find("type");
   const std::string kind =
@@ -126,8 +56,17 @@ Result<Light> ReadLight(const Element& element) {
     light.kind = LightKind::kDirectional;
     ASSIGN_OR_RETURN(light.direction, element.Direction("direction"));
     ASSIGN_OR_RETURN(light.intensity, element.Colour("irradiance"));
+  } else if (kind == "sun") {
+    RETURN_IF_ERROR(
+        element.CheckKeys({"type", "name", "direction", "irradiance", "angular_diameter"}));
+    light.kind = LightKind::kDirectional;
+    ASSIGN_OR_RETURN(light.direction, element.Direction("direction"));
+    ASSIGN_OR_RETURN(light.intensity, element.Colour("irradiance"));
+    ASSIGN_OR_RETURN(const double diameter,
+                     element.Number("angular_diameter", kSunDiameter, 0.001, 20));
+    light.disc_radius = std::tan(0.5 * diameter * std::numbers::pi / 180);
   } else {
-    return element.Error("\"type\" must be one of \"point\", \"spot\", \"directional\"");
+    return element.Error("\"type\" must be one of \"point\", \"spot\", \"directional\", \"sun\"");
   }
   return light;
 }
@@ -149,8 +88,11 @@ Result<Json> ParseJson(const std::string& text, const std::string& name) {
 
 Status ParseLightsFile(const std::string& text, const std::string& name, SceneFile* file) {
   ASSIGN_OR_RETURN(const Json json, ParseJson(text, name));
-  const Element whole{json, name};
-  RETURN_IF_ERROR(whole.CheckKeys({"lights"}));
+  const JsonElement whole{json, name};
+  RETURN_IF_ERROR(whole.CheckKeys({"lights", "sky"}));
+  if (const auto sky = json.find("sky"); sky != json.end()) {
+    ASSIGN_OR_RETURN(file->sky, ReadSky({*sky, fmt::format("{}: sky", name)}, FolderOf(name)));
+  }
   const auto lights = json.find("lights");
   if (lights == json.end()) return {};
   if (!lights->is_array()) return whole.Error("\"lights\" must be a list, like [{{…}}, {{…}}]");

@@ -1,10 +1,12 @@
-// isolux.json: lights that stand beside a scene file, for formats that have none. One in a folder
-// counts for every scene of it.
+// isolux.json: lights and a sky that stand beside a scene file, for formats that have none. One in
+// a folder counts for every scene of it.
 //
 //   {"lights": [{"type": "point", "position": [x, y, z], "intensity": 12},
 //               {"type": "spot", "position": …, "direction": [x, y, z], "intensity": [r, g, b],
 //                "inner_angle": 20, "outer_angle": 30},
-//               {"type": "directional", "direction": …, "irradiance": …}]}
+//               {"type": "directional", "direction": …, "irradiance": …},
+//               {"type": "sun", "direction": …, "irradiance": …, "angular_diameter": 0.533}],
+//    "sky": {…}}                                                        see sky_file.h
 //
 // Positions are in the scene file's unit, intensities W/sr, irradiances W/m² across the light,
 // angles in degrees from the axis.

@@ -69,6 +69,7 @@ struct SceneFile {
   std::vector<std::string> parts;  // "nodes[3] 'lamp', meshes[1].primitives[0]"; none of text files
 
   std::vector<Light> lights;  // positions in the file's unit
+  Sky sky;
 
   // Libraries named but not found, where ("room.obj:3"); no face needs a material of theirs.
   std::vector<std::string> missing_libraries;

@@ -17,8 +17,8 @@
 namespace isolux {
 
 // The effects that can be switched, in the order of the table.
-inline constexpr std::array<std::string_view, 5> kSwitchableEffects = {
-    "colour", "occlusion", "interreflection", "closure", "lights"};
+inline constexpr std::array<std::string_view, 7> kSwitchableEffects = {
+    "colour", "occlusion", "interreflection", "closure", "lights", "sun", "sky"};
 
 struct EffectsChoice {
   enum class Base { kAuto, kAll, kNone };

@@ -17,6 +17,8 @@ struct EffectsPlan {
   bool interreflection = true;  // solved for; else one pass of direct light
   bool closure = true;          // rows are scaled to what they must add up to
   bool lights = true;           // points, spots and directional lights shine
+  bool sun = true;              // and those of them that are discs
+  bool sky = true;
 };
 
 // The mean of the channels; of a grey reflectance itself, to the bit.

@@ -10,6 +10,7 @@ namespace {
 constexpr uint32_t kLongestName = 1024;
 constexpr double kFarthestM = 1e9;
 constexpr double kLargestIntensity = 1e30;
+constexpr double kLargestDisc = 0.2;
 // The narrowest border of a spot, in the cosine (KHR_lights_punctual).
 constexpr double kLeastBorder = 1e-3;
 
@@ -68,6 +69,10 @@ Status CheckLight(const Light& light, size_t number) {
         light.cosine_full <= 1)) {
     return fail("the inner angle of its cone must not be larger than the outer one");
   }
+  if (!(light.disc_radius >= 0 && light.disc_radius <= kLargestDisc) ||
+      (light.is_sun() && light.kind != LightKind::kDirectional)) {
+    return fail("a disc that is too large, or not of a directional light");
+  }
   return {};
 }
 
@@ -79,6 +84,7 @@ void Put(ByteWriter& out, const Light& light) {
   PutVec3(out, light.intensity);
   out.Put(light.cosine_full + 0.0);
   out.Put(light.cosine_none + 0.0);
+  out.Put(light.disc_radius + 0.0);
 }
 
 Light GetLight(ByteReader& in) {
@@ -90,6 +96,7 @@ Light GetLight(ByteReader& in) {
   light.intensity = GetVec3(in);
   light.cosine_full = in.Get<double>();
   light.cosine_none = in.Get<double>();
+  light.disc_radius = in.Get<double>();
   return light;
 }
 

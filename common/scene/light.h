@@ -25,6 +25,11 @@ struct Light {
   Rgb intensity{0.0};          // W/sr along the direction; of a directional light W/m² across it
   double cosine_full = 1;      // of a spot: up to this angle from its axis its intensity is whole,
   double cosine_none = 0;      // and 0 from this larger angle on (KHR_lights_punctual)
+  // Of a directional light that is a disc, as the sun: half its diameter over its distance. Its
+  // intensity is of the whole disc.
+  double disc_radius = 0;
+
+  bool is_sun() const { return disc_radius > 0; }
 
   bool operator==(const Light&) const = default;
 };
@@ -41,6 +46,6 @@ Status CheckLight(const Light& light, size_t number);
 // A light as part of an encoded scene.
 void Put(ByteWriter& out, const Light& light);
 Light GetLight(ByteReader& in);
-inline constexpr uint64_t kLeastLightBytes = 4 + 1 + 11 * 8;
+inline constexpr uint64_t kLeastLightBytes = 4 + 1 + 12 * 8;
 
 }  // namespace isolux

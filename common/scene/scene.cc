@@ -12,6 +12,7 @@ namespace {
 
 constexpr uint64_t kMagic = 0x314e435358554c49ULL;        // "ILUXSCN1"
 constexpr uint64_t kLightsMagic = 0x3154484758554c49ULL;  // "ILUXGHT1": what follows are lights
+constexpr uint64_t kSkyMagic = 0x31594b5358554c49ULL;     // "ILUXSKY1": what follows is the sky
 constexpr uint64_t kVertexBytes = 3 * 8;
 constexpr uint64_t kPolygonBytes = 6 * 4 + 1;
 constexpr uint64_t kMaterialBytes = 4 + 6 * 8;   // without the name
@@ -212,6 +213,16 @@ Status GetLights(ByteReader& in, const SceneLimits& limits, Scene* scene) {
   return CheckLights(*scene);
 }
 
+// Behind the lights, and only where there is one.
+Status TakeSky(ByteReader& in, Scene* scene) {
+  in.Get<uint64_t>();  // the magic number, which has been looked at
+  scene->sky = GetSky(in);
+  if (!in.ok() || !scene->sky.exists()) {
+    return MakeStatus(StatusCode::kDataLoss, "scene: its sky is missing");
+  }
+  return CheckSky(scene->sky);
+}
+
 Status GetMaps(ByteReader& in, const SceneLimits& limits, Scene* scene) {
   const auto textures = in.Get<uint64_t>();
   const auto coordinates = in.Get<uint64_t>();
@@ -287,6 +298,7 @@ bool IsConvex(const ConvexPolygon& polygon) {
 }
 
 bool Emits(const Scene& scene) {
+  if (Sum(scene.sky.MeanRadiance()) > 0) return true;
   const auto shines = [](const Light& light) { return Sum(light.intensity) > 0; };
   if (std::any_of(scene.lights.begin(), scene.lights.end(), shines)) return true;
   return std::any_of(scene.polygons.begin(), scene.polygons.end(), [&](const Polygon& p) {
@@ -326,6 +338,7 @@ Status Validate(const Scene& scene, const SceneLimits& limits) {
                       scene.lights.size(), limits.lights);
   }
   RETURN_IF_ERROR(CheckLights(scene));
+  RETURN_IF_ERROR(CheckSky(scene.sky));
   for (size_t p = 0; p < scene.polygons.size(); ++p) {
     RETURN_IF_ERROR(CheckIndices(scene.polygons[p], scene.vertices.size(), scene.materials.size()));
     RETURN_IF_ERROR(CheckShape(scene, p));
@@ -364,6 +377,10 @@ std::string Encode(const Scene& scene) {
   }
   if (!scene.textures.empty()) PutMaps(out, scene);
   if (!scene.lights.empty()) PutLights(out, scene);
+  if (scene.sky.exists()) {
+    out.Put(kSkyMagic);
+    Put(out, scene.sky);
+  }
   return out.Take();
 }
 
@@ -403,14 +420,13 @@ Result<Scene> Decode(const std::string& bytes, const SceneLimits& limits) {
     material.reflectance = GetVec3(in);
     material.exitance = GetVec3(in);
   }
-  const auto lights_follow = [&in] {  // which no number of textures equals
-    return ByteReader(in).Get<uint64_t>() == kLightsMagic;
-  };
-  if (in.ok() && in.left() > 0 && !lights_follow()) RETURN_IF_ERROR(GetMaps(in, limits, &scene));
-  if (in.ok() && in.left() > 0) {
-    if (!lights_follow()) return Error(StatusCode::kDataLoss, "scene: its end is too late");
-    RETURN_IF_ERROR(GetLights(in, limits, &scene));
+  // Neither is a number of textures that a scene may have.
+  const auto follows = [&in](uint64_t magic) { return ByteReader(in).Get<uint64_t>() == magic; };
+  if (in.ok() && in.left() > 0 && !follows(kLightsMagic) && !follows(kSkyMagic)) {
+    RETURN_IF_ERROR(GetMaps(in, limits, &scene));
   }
+  if (in.ok() && follows(kLightsMagic)) RETURN_IF_ERROR(GetLights(in, limits, &scene));
+  if (in.ok() && follows(kSkyMagic)) RETURN_IF_ERROR(TakeSky(in, &scene));
   if (!in.ok() || in.left() > 0) {
     return Error(StatusCode::kDataLoss, "scene: its end is {}", in.ok() ? "too late" : "missing");
   }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/scene/light.h"
+#include "common/scene/sky.h"
 #include "common/scene/texture.h"
 #include "common/util/status.h"
 #include "common/vec.h"
@@ -68,6 +69,7 @@ struct Scene {
   std::vector<Texture> textures;
   std::vector<TextureCoordinates> coordinates;
   std::vector<Light> lights;  // beside the polygons that emit
+  Sky sky;                    // where one exists
   Vec3 origin_m{0.0};         // centre that was subtracted, in double, before anything else
   std::string unit = "m";     // of the file: m, cm, mm, in, ft
   double metres_per_unit = 1.0;
@@ -105,7 +107,7 @@ bool HasArea(const ConvexPolygon& polygon);
 bool IsPlanar(const ConvexPolygon& polygon);
 bool IsConvex(const ConvexPolygon& polygon);  // a corner may be straight
 
-// Whether a side of any polygon radiates, or any light.
+// Whether a side of any polygon radiates, or any light, or the sky.
 bool Emits(const Scene& scene);
 
 // The surfaces of a scene in order: by polygon, front before back, only sides that take part.

@@ -104,10 +104,12 @@ struct Gatherer::Impl {
 
   // What lights bring to places of one leaf.
   uint64_t AddLights(uint32_t leaf, std::span<const GatherPlace> places, double scale) const {
-    uint64_t traced = 0;
+    const SkyOpenings openings = lights->OpeningsOf(tree.node(leaf).id, tree.polygon(leaf));
+    uint64_t traced = openings.rays;
     for (const GatherPlace& place : places) {
       const Rgb given =
-          lights->At({place.position, tree.normal(leaf), tree.surface_of(leaf).polygon}, &traced);
+          lights->At({place.position, tree.normal(leaf), tree.surface_of(leaf).polygon, place.seed},
+                     openings, &traced);
       for (int c = 0; c < 3; ++c) {
         place.sums[c] += std::llround(scale * std::min(given[c], kMostGiven * largest));
       }

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numbers>
 
 #include "common/hierarchy/effects/detectors.h"
+#include "common/util/angles.h"
 #include "common/util/random.h"
 #include "worker/coupling/lanes.h"
 #include "worker/radiosity/polygon_sampler.h"
@@ -20,28 +22,11 @@ constexpr double kUnseen = 0.1;
 // (server/output_mesh.h), a border runs through four in sixteen, and interpolation is off by a
 // quarter there.
 constexpr double kBorder = 1.0 / 16;
-
-// The light of one source as a point sees it.
-struct Arrival {
-  Vec3 from{0.0};    // a point of the light, or far away towards it
-  double share = 0;  // of the intensity: cosine over squared distance, or cosine
-  Rgb intensity{0.0};
-
-  Rgb irradiance() const { return share * intensity; }
-};
-
-Arrival ArrivalAt(const Light& light, const Vec3& point, const Vec3& normal, double far_m) {
-  if (light.kind == LightKind::kDirectional) {
-    return {point - far_m * light.direction, std::max(0.0, -glm::dot(normal, light.direction)),
-            light.intensity};
-  }
-  const Vec3 d = light.position_m - point;
-  const double distance2 = glm::dot(d, d), distance = std::sqrt(distance2);
-  const double height = glm::dot(normal, d);
-  if (!(height > 0) || !(distance2 > 0)) return {light.position_m, 0, Rgb(0.0)};
-  return {light.position_m, height / (distance2 * distance),
-          IntensityTowards(light, -d / distance)};
-}
+// Cells a side of the hemisphere: in which leaves and elements look for the sky, into which borders
+// of openings are divided at points of elements, and at those of the output; there twice as many
+// below this accuracy.
+constexpr int kLeafCells = 64, kElementCells = 32, kElementFinest = 64, kFinestCells = 128;
+constexpr double kFineAccuracy = 0.015;
 
 // Solid angle of a triangle seen from the origin ([VanOosteromStrackee83]), signed.
 double SolidAngle(const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -82,7 +67,41 @@ Vec3 NearestInside(const ConvexPolygon& polygon, const Vec3& normal, const Vec3&
 
 double SumOf(const Rgb& c) { return c.x + c.y + c.z; }
 
+// Of the unit disk: in one of sixteen parts of equal areas.
+std::array<double, 2> PointOfDisc(int part, Random& random) {
+  const double a = 0.5 * (part % 4 + random.Unit()) - 1;
+  const auto [x, y] = SquareToDisk(a, 0.5 * (part / 4 + random.Unit()) - 1);
+  return {x, y};
+}
+
 }  // namespace
+
+// The light of one source as a point sees it.
+struct LightField::Arrival {
+  Vec3 from{0.0};    // a point of the light, or far away towards it
+  double share = 0;  // of the intensity: cosine over squared distance, or cosine
+  Rgb intensity{0.0};
+
+  Rgb irradiance() const { return share * intensity; }
+};
+
+// disc: a point of the unit disk, for a light that is one.
+LightField::Arrival LightField::ArrivalAt(const Source& source, const Vec3& point,
+                                          const Vec3& normal,
+                                          const std::array<double, 2>& disc) const {
+  const Light& light = source.light;
+  if (light.kind == LightKind::kDirectional) {
+    const double cosine = std::max(0.0, -glm::dot(normal, light.direction));
+    const Vec3 aside = light.disc_radius * (disc[0] * source.side + disc[1] * source.across);
+    return {point + far_m_ * (aside - light.direction), cosine, light.intensity};
+  }
+  const Vec3 d = light.position_m - point;
+  const double distance2 = glm::dot(d, d), distance = std::sqrt(distance2);
+  const double height = glm::dot(normal, d);
+  if (!(height > 0) || !(distance2 > 0)) return {light.position_m, 0, Rgb(0.0)};
+  return {light.position_m, height / (distance2 * distance),
+          IntensityTowards(light, -d / distance)};
+}
 
 // Points of an element, spread evenly and by chance.
 struct LightField::Samples {
@@ -94,6 +113,7 @@ struct LightField::Samples {
       const double u = (i % kSide + random.Unit()) / kSide;
       const double v = (i / kSide + random.Unit()) / kSide;
       points[i] = SamplePolygon(inside, u, v);
+      disc[i] = PointOfDisc(i, random);
     }
     for (int i = 0; i < 4; ++i) {
       const Vec3& corner = inside.v[i % inside.count];
@@ -105,36 +125,54 @@ struct LightField::Samples {
   ConvexPolygon inside;
   Vec3 normal;
   std::array<Vec3, kSamples> points;
-  std::array<Vec3, RayScene::kPacket> rim;  // corners and middles of sides
+  std::array<std::array<double, 2>, kSamples> disc;  // where to look at lights that are discs
+  std::array<Vec3, RayScene::kPacket> rim;           // corners and middles of sides
 };
 
-LightField::LightField(const Hierarchy& hierarchy, const RayScene& rays, const EffectsPlan& plan,
-                       uint64_t seed)
+LightField::LightField(const Hierarchy& hierarchy, const RayScene& rays, const Scout& scout,
+                       const EffectsPlan& plan, double accuracy, uint64_t seed)
     : hierarchy_(hierarchy),
       rays_(rays),
       shadows_(plan.occlusion),
       seed_(seed),
-      far_m_(2 * hierarchy.extent_m()) {
-  if (plan.lights) lights_ = hierarchy.scene().lights;
-  for (const Light& light : lights_) power_w_ += BroughtPower(hierarchy, light);
+      far_m_(2 * hierarchy.extent_m()),
+      finest_(accuracy < kFineAccuracy ? 2 * kFinestCells : kFinestCells) {
+  for (const Light& light : hierarchy.scene().lights) {
+    if (!(light.is_sun() ? plan.sun : plan.lights)) continue;
+    const Vec3& d = light.direction;
+    const Vec3 side =
+        glm::normalize(glm::cross(d, std::abs(d.x) < 0.5 ? Vec3(1, 0, 0) : Vec3(0, 1, 0)));
+    (light.is_sun() ? suns_ : lights_).push_back({light, side, glm::cross(d, side)});
+    power_w_ += BroughtPower(hierarchy, light);
+  }
+  const Sky& sky = hierarchy.scene().sky;
+  if (!plan.sky || !sky.exists()) return;
+  sky_.emplace(sky, rays, far_m_, shadows_);
+  for (uint32_t s = 0; s < scout.closed.size(); ++s) {
+    sees_sky_.push_back(shadows_ && scout.closed[s] != 0 ? 0 : 1);
+    const double open = shadows_ ? scout.escape[s] : 1.0;
+    power_w_ += std::numbers::pi * hierarchy.surface_area_m2(s) * open * sky.MeanRadiance();
+  }
 }
 
 GivenIrradiance LightField::Over(const NodeId& id, const ConvexPolygon& polygon) const {
   GivenIrradiance sum;
   const Samples samples(polygon, rays_.coordinate_noise_m(),
                         Random(Hash(seed_, 0x1164u, Hash(id.surface, id.path))));
-  for (const Light& light : lights_) AddLight(light, id, polygon, samples, &sum);
+  for (const Source& light : lights_) AddLight(light, id, polygon, samples, &sum);
+  for (const Source& sun : suns_) AddLight(sun, id, polygon, samples, &sum);
+  if (sky_ && sees_sky_[id.surface] != 0) AddSky(id, samples, &sum);
   return sum;
 }
 
-namespace {
-
 // Least and most of what one light brings to points of an element without obstacles: over the
 // samples, the corners, the point closest to the light and the one its axis meets.
-double UnoccludedRange(const Light& light, const ConvexPolygon& inside, const Vec3& normal,
-                       double far_m, double least, double most) {
+double LightField::UnoccludedRange(const Source& source, const ConvexPolygon& inside,
+                                   const Vec3& normal, double least, double most) const {
+  const Light& light = source.light;
+  if (light.kind == LightKind::kDirectional) return 0;
   const auto probe = [&](const Vec3& point) {
-    const double value = SumOf(ArrivalAt(light, point, normal, far_m).irradiance());
+    const double value = SumOf(ArrivalAt(source, point, normal, {}).irradiance());
     least = std::min(least, value);
     most = std::max(most, value);
   };
@@ -148,8 +186,6 @@ double UnoccludedRange(const Light& light, const ConvexPolygon& inside, const Ve
   return most - least;
 }
 
-}  // namespace
-
 // What a light sends to eight points, and which of them it reaches.
 struct LightField::Look {
   std::array<Arrival, RayScene::kPacket> arrivals;
@@ -159,12 +195,13 @@ struct LightField::Look {
   int hidden() const { return std::popcount(lit & ~free); }
 };
 
-LightField::Look LightField::LookAt(const Light& light, const Vec3& normal, uint32_t polygon,
-                                    std::span<const Vec3> points) const {
+// The points are looked at from other points of a disc, from the one of sample `first` on.
+LightField::Look LightField::LookAt(const Source& source, const Samples& samples, uint32_t polygon,
+                                    std::span<const Vec3> points, size_t first) const {
   Look look;
   RayPacket packet;
   for (int i = 0; i < RayScene::kPacket; ++i) {
-    look.arrivals[i] = ArrivalAt(light, points[i], normal, far_m_);
+    look.arrivals[i] = ArrivalAt(source, points[i], samples.normal, samples.disc[first + i]);
     if (SumOf(look.arrivals[i].irradiance()) > 0) {
       packet.Set(i, {points[i], look.arrivals[i].from, polygon, RayHit::kNothing});
     }
@@ -174,8 +211,9 @@ LightField::Look LightField::LookAt(const Light& light, const Vec3& normal, uint
   return look;
 }
 
-void LightField::AddLight(const Light& light, const NodeId& id, const ConvexPolygon& polygon,
+void LightField::AddLight(const Source& source, const NodeId& id, const ConvexPolygon& polygon,
                           const Samples& samples, GivenIrradiance* sum) const {
+  const Light& light = source.light;
   const bool distant = light.kind == LightKind::kDirectional;
   const double cosine = -glm::dot(samples.normal, light.direction);
   if (distant ? cosine <= 0 : glm::dot(samples.normal, light.position_m - polygon.v[0]) <= 0) {
@@ -186,8 +224,8 @@ void LightField::AddLight(const Light& light, const NodeId& id, const ConvexPoly
   double shares = 0, least = std::numeric_limits<double>::infinity(), most = 0;
   int reached = 0, hidden = 0;
   for (int first = 0; first < kSamples; first += RayScene::kPacket) {
-    const Look look = LookAt(light, samples.normal, own,
-                             std::span(samples.points).subspan(first, RayScene::kPacket));
+    const Look look = LookAt(source, samples, own,
+                             std::span(samples.points).subspan(first, RayScene::kPacket), first);
     for (int i = 0; i < RayScene::kPacket; ++i) {
       const Rgb irradiance = look.arrivals[i].irradiance();
       shares += look.arrivals[i].share;
@@ -201,7 +239,7 @@ void LightField::AddLight(const Light& light, const NodeId& id, const ConvexPoly
     if (shadows_) sum->rays += static_cast<uint32_t>(std::popcount(look.lit));
   }
   if (shadows_) {  // borders of shadows cross the rim
-    const Look rim = LookAt(light, samples.normal, own, samples.rim);
+    const Look rim = LookAt(source, samples, own, samples.rim, 0);
     reached += rim.reached();
     hidden += rim.hidden();
     sum->rays += static_cast<uint32_t>(std::popcount(rim.lit));
@@ -211,8 +249,7 @@ void LightField::AddLight(const Light& light, const NodeId& id, const ConvexPoly
   const double scale = shares > 0 ? exact / shares : 0.0;
   sum->mean += scale * seen;
   const double unoccluded = scale * SumOf(whole);
-  const double range =
-      distant ? 0.0 : UnoccludedRange(light, samples.inside, samples.normal, far_m_, least, most);
+  const double range = UnoccludedRange(source, samples.inside, samples.normal, least, most);
   AddDoubt({unoccluded, SumOf(whole) > 0 ? SumOf(seen) / SumOf(whole) : 0.0, range,
             std::max(most, unoccluded), reached > 0, hidden > 0, light.kind == LightKind::kSpot},
            sum);
@@ -235,14 +272,79 @@ void LightField::AddDoubt(const Doubt& doubt, GivenIrradiance* sum) const {
   sum->error += (deviation * doubt.unoccluded + uneven) / std::sqrt(kSamples);
 }
 
-Rgb LightField::At(const LitPoint& point, uint64_t* rays) const {
+// Of a few points of the element, each looked at in two steps from a coarse grid.
+void LightField::AddSky(const NodeId& id, const Samples& samples, GivenIrradiance* sum) const {
+  constexpr int kPoints = 4;
+  LitPoint point;
+  point.normal = samples.normal;
+  point.polygon = hierarchy_.surfaces()[id.surface].polygon;
+  point.seed = Hash(seed_, 0x0bedu, Hash(id.surface, id.path));
+  const SkyOpenings openings = sky_->OpeningsOf(samples.inside, point, kElementCells);
+  sum->rays += openings.rays;
+  Rgb mean(0.0);
+  double least = std::numeric_limits<double>::infinity(), most = 0, deviation = 0;
+  for (int k = 0; k < kPoints; ++k) {
+    // One of each quarter.
+    constexpr std::array<int, kPoints> kChosen = {0, 7, 9, 14};
+    point.position = samples.points[kChosen[k]];
+    point.seed = Hash(seed_, Hash(id.surface, id.path), static_cast<uint64_t>(k));
+    const SkyField::Seen seen = sky_->At(point, openings, kElementFinest);
+    mean += seen.irradiance / static_cast<double>(kPoints);
+    least = std::min(least, SumOf(seen.irradiance));
+    most = std::max(most, SumOf(seen.irradiance));
+    deviation += seen.deviation / kPoints;
+    sum->rays += seen.rays;
+  }
+  sum->mean += mean;
+  // Two numbers of four with this deviation are 2.06 of it apart by chance alone.
+  const double range = std::max(0.0, most - least - 2.06 * deviation);
+  sum->range += range;
+  sum->error += 0.3 * range / std::sqrt(kPoints) + deviation / std::sqrt(kPoints);
+  // Output points look more closely: errors fall as cells to the power of 3/2.
+  const double finer = finest_ > kFinestCells ? 0.125 : 0.354;
+  sum->border += 0.8 * finer * deviation;
+}
+
+// Sixteen points of the disc, and 48 more where these disagree.
+Rgb LightField::FromSun(const Source& sun, const LitPoint& point, uint64_t* rays) const {
+  Random random(Hash(point.seed, 0x50au));
+  int seen = 0, looked = 0;
+  Rgb irradiance(0.0);
+  for (int wanted = 16; looked < wanted;) {
+    RayPacket packet;
+    for (int i = 0; i < RayScene::kPacket; ++i) {
+      const Arrival arrival =
+          ArrivalAt(sun, point.position, point.normal, PointOfDisc((looked + i) % 16, random));
+      irradiance = arrival.irradiance();
+      if (!(SumOf(irradiance) > 0)) return Rgb(0.0);
+      packet.Set(i, {point.position, arrival.from, point.polygon, RayHit::kNothing});
+    }
+    if (!shadows_) return irradiance;
+    seen += std::popcount(rays_.Visible(packet));
+    looked += RayScene::kPacket;
+    *rays += RayScene::kPacket;
+    if (looked == 16 && seen > 0 && seen < looked) wanted = 64;
+  }
+  return static_cast<double>(seen) / looked * irradiance;
+}
+
+SkyOpenings LightField::OpeningsOf(const NodeId& id, const ConvexPolygon& polygon) const {
+  if (!sky_ || sees_sky_[id.surface] == 0) return {};
+  LitPoint point;
+  point.normal = polygon.Normal();
+  point.polygon = hierarchy_.surfaces()[id.surface].polygon;
+  point.seed = Hash(seed_, 0x0be0u, Hash(id.surface, id.path));
+  return sky_->OpeningsOf(DrawnIn(polygon, rays_.coordinate_noise_m()), point, kLeafCells);
+}
+
+Rgb LightField::At(const LitPoint& point, const SkyOpenings& openings, uint64_t* rays) const {
   Rgb irradiance(0.0);
   for (size_t first = 0; first < lights_.size(); first += RayScene::kPacket) {
     const size_t count = std::min<size_t>(RayScene::kPacket, lights_.size() - first);
     std::array<Arrival, RayScene::kPacket> arrivals;
     RayPacket packet;
     for (size_t i = 0; i < count; ++i) {
-      arrivals[i] = ArrivalAt(lights_[first + i], point.position, point.normal, far_m_);
+      arrivals[i] = ArrivalAt(lights_[first + i], point.position, point.normal, {});
       if (SumOf(arrivals[i].irradiance()) > 0) {
         packet.Set(static_cast<int>(i),
                    {point.position, arrivals[i].from, point.polygon, RayHit::kNothing});
@@ -254,6 +356,12 @@ Rgb LightField::At(const LitPoint& point, uint64_t* rays) const {
     for (size_t i = 0; i < count; ++i) {
       if ((free >> i & 1) != 0) irradiance += arrivals[i].irradiance();
     }
+  }
+  for (const Source& sun : suns_) irradiance += FromSun(sun, point, rays);
+  if (openings.cells > 0) {
+    const SkyField::Seen seen = sky_->At(point, openings, finest_);
+    irradiance += seen.irradiance;
+    *rays += seen.rays;
   }
   return irradiance;
 }

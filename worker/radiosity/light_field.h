@@ -4,13 +4,16 @@
 // All of it is a pure function of the scene, the element or point, and a seed.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "common/scene/effects_plan.h"
 #include "common/scene/scene.h"
-#include "worker/radiosity/ray_scene.h"
+#include "worker/radiosity/escape.h"
+#include "worker/radiosity/sky_field.h"
 
 namespace isolux {
 
@@ -26,29 +29,32 @@ struct GivenIrradiance {
   uint32_t rays = 0;  // that it took
 };
 
-// Where irradiance is wanted.
-struct LitPoint {
-  Vec3 position{0.0}, normal{0.0};  // of length 1
-  uint32_t polygon = 0;
-};
-
 class LightField {
  public:
   // Of the lights that the plan wants. Keeps references; without obstacles where the plan says so.
-  LightField(const Hierarchy& hierarchy, const RayScene& rays, const EffectsPlan& plan,
-             uint64_t seed);
+  // The sky is not looked for where the scout has found a closed component. `accuracy`: of the
+  // output, which says how closely to look at the sky.
+  LightField(const Hierarchy& hierarchy, const RayScene& rays, const Scout& scout,
+             const EffectsPlan& plan, double accuracy, uint64_t seed);
 
-  // Whether there is any light.
-  bool empty() const { return lights_.empty(); }
   // No less than what all lights bring without obstacles, W.
   Rgb power_w() const { return power_w_; }
 
   // Over an element of a surface. Of a point alike in all directions and of a directional light the
   // mean without obstacles is exact.
   GivenIrradiance Over(const NodeId& id, const ConvexPolygon& polygon) const;
-  Rgb At(const LitPoint& point, uint64_t* rays) const;
+  // Where points of an element are to look for the sky; empty where there is none to see.
+  SkyOpenings OpeningsOf(const NodeId& id, const ConvexPolygon& polygon) const;
+  // At a point of that element.
+  Rgb At(const LitPoint& point, const SkyOpenings& openings, uint64_t* rays) const;
 
  private:
+  // A light, and two directions across it.
+  struct Source {
+    Light light;
+    Vec3 side{0.0}, across{0.0};
+  };
+  struct Arrival;
   struct Samples;
   struct Look;
   // Of one light over an element, W/m² summed over the channels.
@@ -59,18 +65,27 @@ class LightField {
     bool uneven;               // whether its intensity varies by direction
   };
 
-  Look LookAt(const Light& light, const Vec3& normal, uint32_t polygon,
-              std::span<const Vec3> points) const;
+  Arrival ArrivalAt(const Source& source, const Vec3& point, const Vec3& normal,
+                    const std::array<double, 2>& disc) const;
+  Look LookAt(const Source& source, const Samples& samples, uint32_t polygon,
+              std::span<const Vec3> points, size_t first) const;
+  Rgb FromSun(const Source& sun, const LitPoint& point, uint64_t* rays) const;
+  double UnoccludedRange(const Source& source, const ConvexPolygon& inside, const Vec3& normal,
+                         double least, double most) const;
+  void AddSky(const NodeId& id, const Samples& samples, GivenIrradiance* sum) const;
   void AddDoubt(const Doubt& doubt, GivenIrradiance* sum) const;
-  void AddLight(const Light& light, const NodeId& id, const ConvexPolygon& polygon,
+  void AddLight(const Source& source, const NodeId& id, const ConvexPolygon& polygon,
                 const Samples& samples, GivenIrradiance* sum) const;
 
   const Hierarchy& hierarchy_;
   const RayScene& rays_;
   bool shadows_;
   uint64_t seed_;
-  double far_m_;  // beyond all of the scene
-  std::vector<Light> lights_;
+  double far_m_;                       // beyond all of the scene
+  std::vector<Source> lights_, suns_;  // those without a disc, those with one
+  std::optional<SkyField> sky_;
+  std::vector<uint8_t> sees_sky_;  // of surfaces: whether light leaves their component
+  int finest_;                     // cells a side of the hemisphere, at points of the output
   Rgb power_w_{0.0};
 };
 

@@ -42,6 +42,8 @@ std::vector<Rgb> ColoursOfLight(const Hierarchy& hierarchy) {
   std::vector<Rgb> colours;
   for (const Surface& s : hierarchy.surfaces()) colours.push_back(s.exitance);
   for (const Light& light : hierarchy.scene().lights) colours.push_back(light.intensity);
+  const auto& sky = hierarchy.scene().sky.texels;
+  for (size_t i = 0; i < sky.size(); i += 3) colours.push_back({sky[i], sky[i + 1], sky[i + 2]});
   std::erase_if(colours, [](const Rgb& colour) { return !(Sum(colour) > 0); });
   return colours;
 }
@@ -82,6 +84,7 @@ void SetLightColour(const Hierarchy& hierarchy, EffectsPlan* plan) {
     emitted_w += hierarchy.surface_area_m2(s) * hierarchy.surfaces()[s].exitance;
   }
   for (const Light& light : hierarchy.scene().lights) emitted_w += BroughtPower(hierarchy, light);
+  if (hierarchy.scene().sky.exists()) emitted_w += SkyPower(hierarchy);
   for (const Rgb& colour : ColoursOfLight(hierarchy)) {
     if (Sum(colour) > Sum(brightest)) brightest = colour;
   }

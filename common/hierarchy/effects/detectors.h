@@ -16,8 +16,12 @@ Effect DetectTwoSided(const Hierarchy& hierarchy);
 
 // lights.cc: what comes from no polygon.
 Effect DetectLights(const Hierarchy& hierarchy);
+Effect DetectSun(const Hierarchy& hierarchy);
+Effect DetectSky(const Hierarchy& hierarchy);
 // Power that a light brings to the surfaces at most, W.
 Rgb BroughtPower(const Hierarchy& hierarchy, const Light& light);
+// What an even sky of its mean would bring to all sides that take part if nothing hid it, W.
+Rgb SkyPower(const Hierarchy& hierarchy);
 // Whether a light may stand behind a side that takes part, or far away: then things stand between
 // even in a convex room.
 bool ShinesFromOutside(const Hierarchy& hierarchy, const Light& light);

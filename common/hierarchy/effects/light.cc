@@ -16,8 +16,10 @@ double LargestReflectance(const Hierarchy& hierarchy) {
 
 Effect DetectOcclusion(const Hierarchy& hierarchy) {
   const auto& lights = hierarchy.scene().lights;
-  const bool from_outside = std::ranges::any_of(
-      lights, [&](const Light& light) { return ShinesFromOutside(hierarchy, light); });
+  const bool from_outside =
+      hierarchy.scene().sky.exists() || std::ranges::any_of(lights, [&](const Light& light) {
+        return ShinesFromOutside(hierarchy, light);
+      });
   Effect effect{.name = "occlusion", .present = !hierarchy.convex() || from_outside};
   if (!hierarchy.convex()) {
     effect.evidence = "polygons stand in front of others";

@@ -1,5 +1,6 @@
-// Light that comes from no polygon: points, spots, directional lights.
+// Light that comes from no polygon: points, spots, directions, the sun, the sky.
 #include <algorithm>
+#include <numbers>
 
 #include "common/hierarchy/effects/detectors.h"
 
@@ -26,20 +27,54 @@ bool ShinesFromOutside(const Hierarchy& hierarchy, const Light& light) {
   return false;
 }
 
-Effect DetectLights(const Hierarchy& hierarchy) {
-  const auto& lights = hierarchy.scene().lights;
-  Effect effect{.name = "lights", .present = !lights.empty()};
+Rgb SkyPower(const Hierarchy& hierarchy) {
+  const Sky& sky = hierarchy.scene().sky;
+  return std::numbers::pi * hierarchy.clusters()[0].area_m2 * sky.MeanRadiance();
+}
+
+namespace {
+
+// The row of those lights that are suns, or those that are not.
+Effect DetectOf(const Hierarchy& hierarchy, const char* name, bool suns) {
+  std::vector<Light> lights;
+  for (const Light& light : hierarchy.scene().lights) {
+    if (light.is_sun() == suns) lights.push_back(light);
+  }
+  Effect effect{.name = name, .present = !lights.empty()};
   if (lights.empty()) {
-    effect.evidence = "no light without area";
+    effect.evidence = suns ? "no sun" : "no light without area";
     effect.bound = 0.0;
     return effect;
   }
   Rgb power(0.0);
   for (const Light& light : lights) power += BroughtPower(hierarchy, light);
   const auto count = [&](LightKind kind) { return std::ranges::count(lights, kind, &Light::kind); };
+  if (suns) {
+    effect.evidence = fmt::format("suns: {}; {:.4g} W at most", lights.size(), Sum(power));
+    return effect;
+  }
   effect.evidence = fmt::format("points: {}, spots: {}, directions: {}; {:.4g} W at most",
                                 count(LightKind::kPoint), count(LightKind::kSpot),
                                 count(LightKind::kDirectional), Sum(power));
+  return effect;
+}
+
+}  // namespace
+
+Effect DetectLights(const Hierarchy& hierarchy) { return DetectOf(hierarchy, "lights", false); }
+
+Effect DetectSun(const Hierarchy& hierarchy) { return DetectOf(hierarchy, "sun", true); }
+
+Effect DetectSky(const Hierarchy& hierarchy) {
+  const Sky& sky = hierarchy.scene().sky;
+  Effect effect{.name = "sky", .present = Sum(sky.MeanRadiance()) > 0};
+  if (effect.present) {
+    effect.evidence = fmt::format("{}, {} x {} texels; {:.4g} W where nothing hides it", sky.name,
+                                  sky.columns, sky.rows, Sum(SkyPower(hierarchy)));
+  } else {
+    effect.evidence = "no sky";
+    effect.bound = 0.0;
+  }
   return effect;
 }
 

@@ -18,6 +18,7 @@ std::vector<Effect> DetectAll(const Hierarchy& hierarchy) {
       DetectClosure(hierarchy),  DetectTwoSided(hierarchy),  DetectTextures(scene),
       DetectEmissionMaps(scene), DetectOpacityMaps(scene),   DetectMirrors(scene),
       DetectGloss(scene),        DetectClearGlass(scene),    DetectLights(hierarchy),
+      DetectSun(hierarchy),      DetectSky(hierarchy),
   };
 }
 
@@ -105,6 +106,8 @@ EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const Effe
   table.plan.interreflection = Find(table.effects, "interreflection").on;
   table.plan.closure = closure.on;
   table.plan.lights = Find(table.effects, "lights").on;
+  table.plan.sun = Find(table.effects, "sun").on;
+  table.plan.sky = Find(table.effects, "sky").on;
   return table;
 }
 

@@ -83,6 +83,17 @@ TEST(OwnScenes, LightsStandBeside) {
   }
 }
 
+TEST(OwnScenes, DaylightHasSunAndSky) {
+  const Scene scene = ImportOwn("effects/daylight/daylight.obj", "m");
+  ASSERT_EQ(scene.lights.size(), 1U);
+  EXPECT_TRUE(scene.lights[0].is_sun());
+  EXPECT_EQ(scene.sky.name, "cie_clear");
+  EXPECT_EQ(scene.sky.up, Vec3(0, 0, 1));
+  // The sky is brightest where the sun stands.
+  const Rgb about_the_sun = scene.sky.RadianceFrom(-scene.lights[0].direction);
+  EXPECT_GT(about_the_sun.x, scene.sky.RadianceFrom({0, 0, 1}).x);
+}
+
 struct Expected {
   const char* name;
   uint32_t file_polygons;

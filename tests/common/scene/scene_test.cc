@@ -67,6 +67,34 @@ TEST(SceneBytes, LightsFollow) {
   EXPECT_EQ(Decode(many).error().code(), StatusCode::kDataLoss);
 }
 
+TEST(SceneBytes, TheSkyFollows) {
+  Scene scene = testing::CornellBox(true);
+  const std::string dark = Encode(scene);
+  scene.lights.resize(1);
+  const std::string lit = Encode(scene);
+  scene.sky.columns = 2;
+  scene.sky.rows = 1;
+  scene.sky.texels = {1, 2, 3, 4, 5, 6};
+  EXPECT_TRUE(Validate(scene).ok());
+  for (const bool lights : {true, false}) {
+    if (!lights) scene.lights.clear();
+    const std::string bytes = Encode(scene);
+    const std::string& before = lights ? lit : dark;
+    EXPECT_EQ(bytes.substr(0, before.size()), before);
+    const Result<Scene> back = Decode(bytes);
+    ASSERT_TRUE(back.has_value()) << back.error().message();
+    EXPECT_EQ(back->sky, scene.sky);
+    EXPECT_EQ(Encode(*back), bytes);
+    for (size_t length = before.size() + 1; length < bytes.size(); ++length) {
+      EXPECT_FALSE(Decode(bytes.substr(0, length)).has_value()) << length;
+    }
+  }
+  scene.sky.texels[3] = -1;
+  ExpectRefused(scene, "sky: a radiance is negative");
+  scene.sky.texels.pop_back();
+  ExpectRefused(scene, "sky: not as many texels");
+}
+
 TEST(SceneCheck, RefusesLightsThatMakeNoSense) {
   Scene scene = testing::FurnaceCube(0.5, 1);
   scene.lights.resize(1);
