@@ -51,8 +51,9 @@ Status GatherWaves::Take(size_t begin, size_t count, std::vector<double>* irradi
   wall_s_ += slowest_s;
   if (overflow) return {StatusCode::kOutOfRange, "gather: sums do not fit 64 bits"};
   for (size_t i = 0; i < total.size(); ++i) {
+    // Rays that answer for several sources may take a dark place below nothing.
     (*irradiance)[begin * kNumbersPerElement + i] =
-        std::ldexp(static_cast<double>(total[i]), -exponent.value_or(0));
+        std::ldexp(static_cast<double>(std::max<int64_t>(total[i], 0)), -exponent.value_or(0));
   }
   return {};
 }

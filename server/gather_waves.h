@@ -17,9 +17,9 @@ class GatherWaves {
   GatherWaves(Crew& crew, double accuracy, uint32_t batch)
       : crew_(crew), accuracy_(accuracy), batch_(batch), cpu_s_(crew.size(), 0.0) {}
 
-  // W/m²: 4 corners × 3 channels an element. The elements are sorted by id; `corners` are those
-  // wanted of each, by bits. `news` hears how many
-  // elements are done, over all calls.
+  // W/m², at least 0: 4 corners × 3 channels an element. The elements are sorted by id; `corners`
+  // are those wanted of each, by bits, or kCentre. `news` hears how many elements are done, over
+  // all calls.
   Result<std::vector<double>> Gather(const std::vector<NodeId>& elements,
                                      const std::vector<uint8_t>& corners,
                                      const std::function<void(uint64_t)>& news);

@@ -135,9 +135,16 @@ Status SampleGather(Crew& crew, const Hierarchy& hierarchy, const Snapshot& snap
     return static_cast<uint64_t>(std::llround(factor * static_cast<double>(n)));
   };
   row->output_elements = grown(static_cast<uint64_t>(seen));
-  row->output_points = grown(points);
-  row->output_rays = grown(waves.rays());
-  row->output_s = factor * waves.wall_s();
+  // The middles of the leaves come first.
+  const uint64_t output_points = grown(points);
+  const double all = output_points > 0 ? 1 + static_cast<double>(snapshot.leaves.size()) /
+                                                 static_cast<double>(output_points)
+                                       : 1.0;
+  row->output_points =
+      static_cast<uint64_t>(std::llround(all * static_cast<double>(output_points)));
+  row->output_rays =
+      static_cast<uint64_t>(std::llround(all * static_cast<double>(grown(waves.rays()))));
+  row->output_s = all * factor * waves.wall_s();
   return {};
 }
 

@@ -52,7 +52,8 @@ class Shard {
   Status Absorb(const std::string& parcel_bytes);
 
   // Irradiance at the corners of these elements (sorted by NodeId; leaves of the last snapshot or
-  // below them) over the links homed here. `corners`: of each those wanted, by bits; empty: all.
+  // below them) over the links homed here. `corners`: of each those wanted, by bits, or kCentre;
+  // empty: all.
   Result<GatherPart> Gather(const std::vector<NodeId>& elements,
                             const std::vector<uint8_t>& corners, double accuracy);
 

@@ -71,6 +71,10 @@ struct MigrationParcel {
   std::string bytes;
 };
 
+// Bit of the corners wanted of an element that asks for its middle instead, in the place of the
+// first corner.
+inline constexpr uint8_t kCentre = 16;
+
 // Irradiance at the corners of output elements: integer sums in units of 2^-exponent W/m², which
 // the coordinator adds up over the workers.
 struct GatherPart {

@@ -160,7 +160,7 @@ struct Absorb {
 struct GatherRequest {
   std::vector<NodeId> elements;
   double accuracy = 0;
-  std::vector<uint8_t> corners;  // wanted, by bits, one an element; empty: all
+  std::vector<uint8_t> corners;  // wanted, by bits, or kCentre, one an element; empty: all
 };
 
 struct LinkErrors {

@@ -26,6 +26,7 @@
 #include "client/output/comparison.h"
 #include "common/util/file.h"
 #include "tests/support/local_cluster.h"
+#include "tests/support/output_gather.h"
 #include "tests/support/path_tracer.h"
 #include "tests/support/scenes.h"
 #include "tests/support/surface_points.h"
@@ -103,16 +104,19 @@ Result<std::vector<ReferencePoint>> SolveAtPoints(const NamedScene& named, const
   NullExchange exchange;
   double epsilon = 0.02 * Sum(shard.EmittedPower());
   double estimate = 1;
+  Snapshot snapshot;
   for (uint64_t links = 0; links < flags.reference_links / 2 && estimate > kAccuracy;
        epsilon *= 0.3) {
     ASSIGN_OR_RETURN(const RoundReport report, shard.RunRound(epsilon, kAccuracy, exchange));
-    RETURN_IF_ERROR(shard.InstallSnapshot(shard.TakeSnapshot()));
+    snapshot = shard.TakeSnapshot();
+    RETURN_IF_ERROR(shard.InstallSnapshot(snapshot));
     links = report.links;
     estimate = report.error_estimate;
   }
   std::fprintf(stderr, "%s: reference states %.2f %%\n", named.name.c_str(), 100 * estimate);
   const std::vector<uint8_t> corners(points.size(), 1);
-  ASSIGN_OR_RETURN(const GatherPart part, shard.Gather(ElementsOf(points), corners, kAccuracy));
+  ASSIGN_OR_RETURN(const GatherPart part,
+                   GatherOutput(shard, snapshot, ElementsOf(points), corners, kAccuracy));
   std::vector<ReferencePoint> known;
   for (size_t i = 0; i < points.size(); ++i) {
     known.push_back(points[i].expected);
@@ -164,8 +168,8 @@ Result<double> ErrorAtPoints(const NamedScene& named, const SolveOptions& option
     RETURN_IF_ERROR(shard.InstallSnapshot(snapshot));
   }
   const std::vector<uint8_t> corners(points.size(), 1);
-  ASSIGN_OR_RETURN(const GatherPart part,
-                   shard.Gather(ElementsOf(points), corners, options.accuracy));
+  ASSIGN_OR_RETURN(const GatherPart part, GatherOutput(shard, snapshots.back(), ElementsOf(points),
+                                                       corners, options.accuracy));
   ErrorTally tally;
   for (size_t i = 0; i < points.size(); ++i) {
     tally.Add(IrradianceOf(part, i), points[i].expected.irradiance, points[i].expected.deviation);

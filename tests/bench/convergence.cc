@@ -15,6 +15,7 @@
 
 #include "client/import/import.h"
 #include "client/output/comparison.h"
+#include "tests/support/output_gather.h"
 #include "tests/support/surface_points.h"
 #include "worker/shard.h"
 
@@ -88,7 +89,8 @@ int main(int argc, char** argv) {
     const Snapshot snapshot = shard.TakeSnapshot();
     if (!shard.InstallSnapshot(snapshot).ok()) return 1;
     const double start = Now();
-    const auto part = shard.Gather(ids, std::vector<uint8_t>(ids.size(), 1), accuracy);
+    const auto part =
+        testing::GatherOutput(shard, snapshot, ids, std::vector<uint8_t>(ids.size(), 1), accuracy);
     if (!part) {
       std::fprintf(stderr, "%s\n", part.error().message().c_str());
       return 1;

@@ -123,13 +123,19 @@ struct Gatherer::Impl {
     for (size_t e = run.begin; e < run.end; ++e) {
       const ConvexPolygon polygon = ShapeBelow(tree, run.leaf, elements[e]);
       const Vec3 centre = polygon.Centroid();
+      const auto seed_of = [&](uint64_t place) {
+        return Hash(elements[e].path, elements[e].surface, place);
+      };
+      if (!corners.empty() && (corners[e] & kCentre) != 0) {
+        places.push_back({centre, seed_of(kCentre), sums + 12 * e});
+        continue;
+      }
       const double share =
           std::max(kInside, InsideShare(polygon, centre, rays.coordinate_noise_m()));
       for (int k = 0; k < polygon.count; ++k) {
         if (!corners.empty() && (corners[e] >> k & 1) == 0) continue;
         places.push_back({polygon.v[k] + share * (centre - polygon.v[k]),
-                          Hash(elements[e].path, elements[e].surface, static_cast<uint64_t>(k)),
-                          sums + 12 * e + 3 * k});
+                          seed_of(static_cast<uint64_t>(k)), sums + 12 * e + 3 * k});
       }
     }
     return places;

@@ -38,7 +38,8 @@ class Gatherer {
   ~Gatherer();
 
   // `elements`: sorted, leaves of the snapshot the tree was installed from, or below them.
-  // `corners`: of each the corners wanted, by bits; empty: all. Counts only the links homed here.
+  // `corners`: of each the corners wanted, by bits, or kCentre; empty: all. Counts only the links
+  // homed here.
   Result<GatherPart> AtCorners(std::span<const NodeId> elements, std::span<const uint8_t> corners,
                                const GatherOptions& options, ThreadPool& pool) const;
 

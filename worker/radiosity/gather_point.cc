@@ -12,6 +12,9 @@ namespace isolux {
 namespace {
 
 constexpr float kMostRays = 64;  // from one point to one source
+// Of a source that gets a ray by a small chance, what it sees counts for those that get none; but
+// not for more than this, lest single rays decide.
+constexpr float kMostStandFor = 8;
 
 // What eight sources bring, rounded to integers and summed: the sum of the integers does not depend
 // on which sources stand together.
@@ -85,7 +88,8 @@ void PointGather::ListLooks(SourceBlock& block, size_t octet, FloatLanes factor,
   for (int chosen = Bits(rays >= 1.0F); chosen != 0; chosen &= chosen - 1) {
     const int lane = std::countr_zero(static_cast<unsigned>(chosen));
     looks_.push_back({&block.target(8 * octet + static_cast<size_t>(lane)), &sources, lane,
-                      static_cast<int>(std::min(kMostRays, rays[lane])), factor[lane]});
+                      static_cast<int>(std::min(kMostRays, rays[lane])), factor[lane],
+                      std::clamp(1 / wanted[lane], 1.0F, kMostStandFor)});
   }
 }
 
@@ -141,7 +145,9 @@ void PointGather::Trace() {
   count_ = 0;
 }
 
-// Puts what rays saw in the place of the links' visibility.
+// Puts what rays saw in the place of the links' visibility. Where one source in so many gets a ray
+// it answers for all of them: otherwise the others would keep what the links say, which is wrong
+// alike for all where a place is hidden and its surroundings are not.
 void PointGather::Correct(const GatherPlace& place) const {
   for (const Look& look : looks_) {
     if (!(look.total > 0)) continue;
@@ -149,7 +155,7 @@ void PointGather::Correct(const GatherPlace& place) const {
     const float now = look.factor * static_cast<float>(look.passed / look.total);
     for (int c = 0; c < 3; ++c) {
       const float radiosity = look.octet->radiosity[c][look.lane];
-      place.sums[c] += Rounded(now * radiosity) - Rounded(before * radiosity);
+      place.sums[c] += Rounded(look.stands_for * (now - before) * radiosity);
     }
   }
 }

@@ -43,6 +43,7 @@ class PointGather {
     const SourceOctet* octet;
     int lane, rays;
     float factor;
+    float stands_for;              // sources like it, of which this one gets rays by chance
     double passed = 0, total = 0;  // weights of the rays
   };
   // A ray of a packet.

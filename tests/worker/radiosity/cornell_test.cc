@@ -5,6 +5,7 @@
 
 #include "common/hierarchy/element.h"
 #include "common/util/random.h"
+#include "tests/support/output_gather.h"
 #include "tests/support/reference.h"
 #include "tests/support/scenes.h"
 #include "worker/shard.h"
@@ -57,12 +58,14 @@ class CornellBox : public ::testing::Test {
     EXPECT_TRUE(shard.Start(options, {{{NodeId::kCluster, 0}}, {0}, 1}, 0).ok());
     NullExchange exchange;
     double epsilon = 1e-2 * Sum(shard.EmittedPower());
+    Snapshot snapshot;
     do {
       *last = shard.RunRound(epsilon, accuracy, exchange).value();
-      EXPECT_TRUE(shard.InstallSnapshot(shard.TakeSnapshot()).ok());
+      snapshot = shard.TakeSnapshot();
+      EXPECT_TRUE(shard.InstallSnapshot(snapshot).ok());
       epsilon /= 4;
     } while (last->error_estimate > accuracy && last->round < 12);
-    const GatherPart part = shard.Gather(points_, {}, accuracy).value();
+    const GatherPart part = testing::GatherOutput(shard, snapshot, points_, {}, accuracy).value();
     double difference = 0, sum = 0;
     for (int i = 0; i < kPoints; ++i) {
       for (int c = 0; c < 3; ++c) {

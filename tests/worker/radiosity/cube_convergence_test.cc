@@ -7,6 +7,7 @@
 #include "common/hierarchy/element.h"
 #include "common/util/random.h"
 #include "tests/support/dense_transport.h"
+#include "tests/support/output_gather.h"
 #include "tests/support/scenes.h"
 #include "worker/coupling/point_factor.h"
 #include "worker/radiosity/solver.h"
@@ -190,8 +191,9 @@ TEST(CubeConvergence, ErrorFallsWithTheLinks) {
   while (links < 20'000) {
     const auto report = shard.RunRound(epsilon, options.accuracy, exchange);
     ASSERT_TRUE(report.has_value());
-    ASSERT_TRUE(shard.InstallSnapshot(shard.TakeSnapshot()).ok());
-    const auto part = shard.Gather(points.elements, {}, options.accuracy);
+    const Snapshot snapshot = shard.TakeSnapshot();
+    ASSERT_TRUE(shard.InstallSnapshot(snapshot).ok());
+    const auto part = testing::GatherOutput(shard, snapshot, points.elements, {}, options.accuracy);
     ASSERT_TRUE(part.has_value());
     links = static_cast<double>(report->links);
     error = ErrorOf(*part, points);
