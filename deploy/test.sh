@@ -2,8 +2,8 @@
 # Everything that must hold before a change is taken:
 #   release   build and all tests but the long ones
 #   asan      address and undefined behaviour, tests of the libraries without gRPC (label "core")
-#   tsan      data races, the same tests
-# With --all, also: asan over all tests, and the tests labelled "long".
+#   tsan      data races, of these the tests in which threads meet
+# With --all, also: asan over all tests, tsan over all of "core", and the tests labelled "long".
 #
 #   deploy/test.sh [--all] [--no-install] [release] [asan] [tsan]     (parts: those named only)
 set -euo pipefail
@@ -68,7 +68,8 @@ for part in "${parts[@]}"; do
       fi
       ;;
     tsan)
-      "${launcher[@]}" cmake --build --preset tsan --target core_tests
+      # Tests that are not built have no label.
+      "${launcher[@]}" cmake --build --preset tsan --target "$($all && echo core_tests || echo thread_tests)"
       run_tests tsan -L '^core$'
       ;;
   esac

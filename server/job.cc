@@ -95,7 +95,7 @@ struct JobRunner::Impl {
   Status RunRound(const ScheduleDecision& decision);
   Status TakeSnapshot(uint32_t round, double epsilon);
   Status Survey();
-  Status GatherSources(GatherWaves& waves, Snapshot* sources);
+  Status GatherSources(GatherWaves& waves);
   Status Rebalance(const CutLoads& loads, RoundSummary* row);
   Status Migrate(const BalancePlan& plan, RoundSummary* row);
   void Release(const std::vector<bool>& staying);
@@ -187,10 +187,9 @@ Result<PatchFile> JobRunner::Impl::RunEpoch() {
   const OutputMeshOptions output = OutputOptions();
   Tell(JobProgress::Stage::kGathering);
   GatherWaves waves(*crew, output.accuracy, limits.gather_batch);
-  Snapshot sources = snapshot;
-  if (effects.plan.interreflection) RETURN_IF_ERROR(GatherSources(waves, &sources));
+  if (effects.plan.interreflection) RETURN_IF_ERROR(GatherSources(waves));
   ASSIGN_OR_RETURN(PatchFile patch,
-                   BuildOutputMesh(hierarchy, sources, output,
+                   BuildOutputMesh(hierarchy, snapshot, output,
                                    [&](const std::vector<NodeId>& elements,
                                        const std::vector<uint8_t>& corners) {
                                      return waves.Gather(elements, corners, [&](uint64_t gathered) {
@@ -366,18 +365,19 @@ Status JobRunner::Impl::Survey() {
 }
 
 // Puts what is gathered at the middles of all leaves in the place of what the solution has for
-// them, here and at the workers, for the output alone: what leaves reflect is then as good as what
-// is gathered from them.
-Status JobRunner::Impl::GatherSources(GatherWaves& waves, Snapshot* sources) {
+// them, at the workers and for the output alone: what leaves reflect is then as good as what is
+// gathered from them.
+Status JobRunner::Impl::GatherSources(GatherWaves& waves) {
+  Snapshot sources = snapshot;
   std::vector<NodeId> leaves;
-  for (const LeafRecord& leaf : sources->leaves) leaves.push_back(leaf.id);
+  for (const LeafRecord& leaf : sources.leaves) leaves.push_back(leaf.id);
   ASSIGN_OR_RETURN(const std::vector<double> gathered,
                    waves.Gather(leaves, std::vector<uint8_t>(leaves.size(), kCentre), nullptr));
   for (size_t i = 0; i < leaves.size(); ++i) {
     std::copy_n(gathered.begin() + static_cast<std::ptrdiff_t>(12 * i), 3,
-                sources->leaves[i].irradiance.begin());
+                sources.leaves[i].irradiance.begin());
   }
-  return crew->SendAll(MessageKind::kInstallSnapshot, SnapshotData{Encode(*sources)});
+  return crew->SendAll(MessageKind::kInstallSnapshot, SnapshotData{Encode(sources)});
 }
 
 Status JobRunner::Impl::Rebalance(const CutLoads& loads, RoundSummary* row) {
