@@ -53,13 +53,13 @@ struct RoundSummary {
   double error_p95 = 0, error_worst = 0;
   uint32_t worst_polygon = 0, worst_surface = 0;
   uint64_t worst_path = 0;
-  uint64_t elements = 0;     // leaves of the hierarchy
-  uint64_t links = 0;        // kept, over all workers
-  uint64_t evaluations = 0;  // link evaluations in this round
+  uint64_t elements = 0;                           // leaves of the hierarchy
+  uint64_t links = 0;                              // kept, over all workers
+  uint64_t evaluations = 0;                        // link evaluations in this round
   uint64_t proved_visible = 0, proved_hidden = 0;  // of them, without a ray
-  uint64_t rays = 0;         // shadow rays in this round
-  uint32_t iterations = 0;   // matrix products of the solver in this round
-  double residual = 0;       // residual power over emitted power
+  uint64_t rays = 0;                               // shadow rays in this round
+  uint32_t iterations = 0;                         // matrix products of the solver in this round
+  double residual = 0;                             // residual power over emitted power
   double energy_imbalance =
       0;  // largest |emitted − absorbed − escaped| / emitted over the channels
   std::array<double, 3> emitted_w{}, absorbed_w{}, escaped_w{};

@@ -103,7 +103,8 @@ std::vector<NodeId> ElementsOf(std::span<const PointOnSurface> points) {
 Rgb IrradianceOf(const GatherPart& part, size_t i) {
   Rgb h(0.0);
   for (int c = 0; c < 3; ++c) {
-    h[c] = std::ldexp(static_cast<double>(std::max<int64_t>(0, part.sums[12 * i + c])), -part.exponent);
+    h[c] = std::ldexp(static_cast<double>(std::max<int64_t>(0, part.sums[12 * i + c])),
+                      -part.exponent);
   }
   return h;
 }
