@@ -2,9 +2,11 @@
 // energy, and that a scene without lights is solved as if there were no such thing.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "common/hierarchy/effects/plan.h"
 #include "common/util/random.h"
 #include "tests/support/local_cluster.h"
 #include "tests/support/scenes.h"
@@ -349,6 +351,49 @@ TEST(Lights, SameBitsForAnyNumberOfWorkers) {
     const std::string bytes = BytesWithoutComments(std::move(result->patch));
     if (reference.empty()) reference = bytes;
     EXPECT_EQ(bytes, reference) << workers;
+  }
+}
+
+double BoundOf(const Scene& scene, const char* name, double accuracy, bool* on) {
+  const EffectsTable table = PlanEffects(Hierarchy(scene), accuracy, {});
+  const auto found = std::ranges::find(table.effects, name, &Effect::name);
+  EXPECT_NE(found, table.effects.end());
+  EXPECT_TRUE(found->bound.has_value()) << name;
+  *on = found->on;
+  return found->bound.value_or(0);
+}
+
+// Beside a lamp, of a hundredth or thousandth of its power: what leaving it out costs is below the
+// bound, and not below it by far where all of the light counts; below a fifth of the accuracy it is
+// left out.
+TEST(Lights, NeglectingCostsLessThanTheBound) {
+  for (const double share : {1e-2, 1e-3}) {
+    for (const char* name : {"lights", "sun", "sky"}) {
+      const std::string which = name;
+      Scene scene = OpenRoom(0.5);
+      scene.sky = Sky();
+      scene.materials.push_back({"lamp", Rgb(0.5), Rgb(10.0)});
+      scene.polygons[0].material = static_cast<uint32_t>(scene.materials.size() - 1);
+      scene.polygons[0].sides |= kFrontEmits;
+      const double power = share * 10 * 3;
+      if (which == "lights") scene.lights = {PointLight({0.5, 1, 0.5}, Rgb(power / (4 * pi)))};
+      if (which == "sun") {
+        scene.lights = {DirectionalLight({0, 0, -1}, Rgb(power / 2))};
+        scene.lights[0].disc_radius = 0.01;
+      }
+      if (which == "sky") scene.sky = EvenSky(Rgb(power / pi / 11));
+      bool on = false;
+      const double bound = BoundOf(scene, name, 0.1, &on);
+      EXPECT_EQ(on, bound >= 0.02) << name;
+      const auto arriving = [&](const std::string& sign) {
+        const std::string effects = sign + which + ",+occlusion,+colour";
+        return Solve(scene, 0.05, effects).summary.rounds.back().absorbed_w[0];
+      };
+      const double cost = 1 - arriving("-") / arriving("+");
+      EXPECT_GT(cost, 0) << name << " " << share;
+      EXPECT_LE(cost, bound) << name << " " << share;
+      EXPECT_GT(cost, 0.02 * bound) << name << " " << share;
+    }
   }
 }
 

@@ -119,9 +119,11 @@ std::vector<GivenIrradiance> Shard::Impl::StartLights() {
   if (scene->lights.empty() && !scene->sky.exists()) return {};
   if (!plan.lights && !plan.sun && !plan.sky) return {};
   lights.emplace(hierarchy, rays, scout, plan, options.accuracy, options.seed);
-  std::vector<uint32_t> surfaces(hierarchy.surfaces().size());
-  for (uint32_t s = 0; s < surfaces.size(); ++s) surfaces[s] = tree.SurfaceIndex(s);
-  return GivenTo(surfaces, tree, *lights, pool);
+  std::vector<GivenIrradiance> given(hierarchy.surfaces().size());
+  pool.For(given.size(), 64, [&](size_t begin, size_t end, int) {
+    for (size_t s = begin; s < end; ++s) given[s] = lights->OverSurface(static_cast<uint32_t>(s));
+  });
+  return given;
 }
 
 Rgb Shard::EmittedPower() const {

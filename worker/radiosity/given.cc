@@ -31,7 +31,12 @@ Result<std::vector<uint32_t>> DivideForLights(double epsilon_w, const LightField
   std::vector<uint32_t> asked, wave, next;
   // What lies above the cut every worker judges alike, and goes on where it is at home.
   const auto add = [&](uint32_t node) {
-    if (placement.InCrown(node) || placement.IsMine(node)) next.push_back(node);
+    if (!placement.InCrown(node) && !placement.IsMine(node)) return;
+    if (field.MostPower(tree.node(node).id, tree.polygon(node)) > epsilon_w) {
+      next.push_back(node);
+    } else if (placement.IsMine(node)) {
+      asked.push_back(node);  // too little to look closely
+    }
   };
   for (uint32_t s = 0; s < tree.hierarchy().surfaces().size(); ++s) add(tree.SurfaceIndex(s));
   while (!next.empty()) {

@@ -27,6 +27,7 @@ constexpr double kBorder = 1.0 / 16;
 // below this accuracy.
 constexpr int kLeafCells = 64, kElementCells = 32, kElementFinest = 64, kFinestCells = 128;
 constexpr double kFineAccuracy = 0.015;
+constexpr double kSmallShare = 1e-4;  // of the scene's area: elements that are looked at roughly
 
 // Solid angle of a triangle seen from the origin ([VanOosteromStrackee83]), signed.
 double SolidAngle(const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -67,6 +68,10 @@ Vec3 NearestInside(const ConvexPolygon& polygon, const Vec3& normal, const Vec3&
 
 double SumOf(const Rgb& c) { return c.x + c.y + c.z; }
 
+Random SeedOf(uint64_t seed, const NodeId& id) {
+  return Random(Hash(seed, 0x1164u, Hash(id.surface, id.path)));
+}
+
 // Of the unit disk: in one of sixteen parts of equal areas.
 std::array<double, 2> PointOfDisc(int part, Random& random) {
   const double a = 0.5 * (part % 4 + random.Unit()) - 1;
@@ -101,6 +106,10 @@ LightField::Arrival LightField::ArrivalAt(const Source& source, const Vec3& poin
   if (!(height > 0) || !(distance2 > 0)) return {light.position_m, 0, Rgb(0.0)};
   return {light.position_m, height / (distance2 * distance),
           IntensityTowards(light, -d / distance)};
+}
+
+double LightField::AreaShare(const ConvexPolygon& polygon) const {
+  return polygon.Area() / hierarchy_.clusters()[0].area_m2;
 }
 
 // Points of an element, spread evenly and by chance.
@@ -148,21 +157,63 @@ LightField::LightField(const Hierarchy& hierarchy, const RayScene& rays, const S
   const Sky& sky = hierarchy.scene().sky;
   if (!plan.sky || !sky.exists()) return;
   sky_.emplace(sky, rays, far_m_, shadows_);
+  for (size_t i = 0; i < sky.texels.size(); i += 3) {
+    brightest_sky_ =
+        glm::max(brightest_sky_, Rgb(sky.texels[i], sky.texels[i + 1], sky.texels[i + 2]));
+  }
   for (uint32_t s = 0; s < scout.closed.size(); ++s) {
     sees_sky_.push_back(shadows_ && scout.closed[s] != 0 ? 0 : 1);
-    const double open = shadows_ ? scout.escape[s] : 1.0;
+    escape_.push_back(shadows_ ? scout.escape[s] : 1.0F);
+    const double open = escape_.back();
     power_w_ += std::numbers::pi * hierarchy.surface_area_m2(s) * open * sky.MeanRadiance();
   }
 }
 
 GivenIrradiance LightField::Over(const NodeId& id, const ConvexPolygon& polygon) const {
-  GivenIrradiance sum;
-  const Samples samples(polygon, rays_.coordinate_noise_m(),
-                        Random(Hash(seed_, 0x1164u, Hash(id.surface, id.path))));
-  for (const Source& light : lights_) AddLight(light, id, polygon, samples, &sum);
-  for (const Source& sun : suns_) AddLight(sun, id, polygon, samples, &sum);
+  const Samples samples(polygon, rays_.coordinate_noise_m(), SeedOf(seed_, id));
+  GivenIrradiance sum = FromLights(id, polygon, samples);
   if (sky_ && sees_sky_[id.surface] != 0) AddSky(id, samples, &sum);
   return sum;
+}
+
+GivenIrradiance LightField::FromLights(const NodeId& id, const ConvexPolygon& polygon,
+                                       const Samples& samples) const {
+  GivenIrradiance sum;
+  for (const Source& light : lights_) AddLight(light, id, polygon, samples, &sum);
+  for (const Source& sun : suns_) AddLight(sun, id, polygon, samples, &sum);
+  return sum;
+}
+
+GivenIrradiance LightField::OverSurface(uint32_t surface) const {
+  const NodeId id{surface, 1};
+  const ConvexPolygon& polygon = hierarchy_.geometry(surface);
+  GivenIrradiance sum =
+      FromLights(id, polygon, Samples(polygon, rays_.coordinate_noise_m(), SeedOf(seed_, id)));
+  if (sky_) {
+    sum.mean += std::numbers::pi * escape_[surface] * hierarchy_.scene().sky.MeanRadiance();
+  }
+  return sum;
+}
+
+double LightField::MostPower(const NodeId& id, const ConvexPolygon& polygon) const {
+  const Vec3 normal = polygon.Normal();
+  double most = 0;  // W/m²
+  for (const auto* sources : {&lights_, &suns_}) {
+    for (const Source& source : *sources) {
+      const Light& light = source.light;
+      if (light.kind == LightKind::kDirectional) {
+        most += std::max(0.0, -glm::dot(normal, light.direction)) * SumOf(light.intensity);
+        continue;
+      }
+      const double height = glm::dot(normal, light.position_m - polygon.v[0]);
+      if (height <= 0) continue;
+      const Vec3 foot = light.position_m - height * normal;
+      const Vec3 d = light.position_m - NearestInside(polygon, normal, foot);
+      most += SumOf(light.intensity) / std::max(glm::dot(d, d), 1e-300);
+    }
+  }
+  if (sky_ && sees_sky_[id.surface] != 0) most += std::numbers::pi * SumOf(brightest_sky_);
+  return most * polygon.Area();
 }
 
 // Least and most of what one light brings to points of an element without obstacles: over the
@@ -272,34 +323,37 @@ void LightField::AddDoubt(const Doubt& doubt, GivenIrradiance* sum) const {
   sum->error += (deviation * doubt.unoccluded + uneven) / std::sqrt(kSamples);
 }
 
-// Of a few points of the element, each looked at in two steps from a coarse grid.
+// Of a few points of the element, each looked at in steps from a coarse grid; of small elements, of
+// which there are many in scenes of many polygons, a single point and a coarser grid.
 void LightField::AddSky(const NodeId& id, const Samples& samples, GivenIrradiance* sum) const {
-  constexpr int kPoints = 4;
+  const bool small = AreaShare(samples.inside) < kSmallShare;
+  const int points = small ? 1 : 4;
   LitPoint point;
   point.normal = samples.normal;
   point.polygon = hierarchy_.surfaces()[id.surface].polygon;
   point.seed = Hash(seed_, 0x0bedu, Hash(id.surface, id.path));
-  const SkyOpenings openings = sky_->OpeningsOf(samples.inside, point, kElementCells);
+  const SkyOpenings openings =
+      sky_->OpeningsOf(samples.inside, point, small ? kElementCells / 2 : kElementCells);
   sum->rays += openings.rays;
   Rgb mean(0.0);
   double least = std::numeric_limits<double>::infinity(), most = 0, deviation = 0;
-  for (int k = 0; k < kPoints; ++k) {
+  for (int k = 0; k < points; ++k) {
     // One of each quarter.
-    constexpr std::array<int, kPoints> kChosen = {0, 7, 9, 14};
+    constexpr std::array<int, 4> kChosen = {0, 7, 9, 14};
     point.position = samples.points[kChosen[k]];
     point.seed = Hash(seed_, Hash(id.surface, id.path), static_cast<uint64_t>(k));
     const SkyField::Seen seen = sky_->At(point, openings, kElementFinest);
-    mean += seen.irradiance / static_cast<double>(kPoints);
+    mean += seen.irradiance / static_cast<double>(points);
     least = std::min(least, SumOf(seen.irradiance));
     most = std::max(most, SumOf(seen.irradiance));
-    deviation += seen.deviation / kPoints;
+    deviation += seen.deviation / points;
     sum->rays += seen.rays;
   }
   sum->mean += mean;
   // Two numbers of four with this deviation are 2.06 of it apart by chance alone.
   const double range = std::max(0.0, most - least - 2.06 * deviation);
   sum->range += range;
-  sum->error += 0.3 * range / std::sqrt(kPoints) + deviation / std::sqrt(kPoints);
+  sum->error += (0.3 * range + deviation) / std::sqrt(points);
   // Output points look more closely: errors fall as cells to the power of 3/2.
   const double finer = finest_ > kFinestCells ? 0.125 : 0.354;
   sum->border += 0.8 * finer * deviation;
@@ -334,7 +388,8 @@ SkyOpenings LightField::OpeningsOf(const NodeId& id, const ConvexPolygon& polygo
   point.normal = polygon.Normal();
   point.polygon = hierarchy_.surfaces()[id.surface].polygon;
   point.seed = Hash(seed_, 0x0be0u, Hash(id.surface, id.path));
-  return sky_->OpeningsOf(DrawnIn(polygon, rays_.coordinate_noise_m()), point, kLeafCells);
+  return sky_->OpeningsOf(DrawnIn(polygon, rays_.coordinate_noise_m()), point,
+                          AreaShare(polygon) < kSmallShare ? kLeafCells / 2 : kLeafCells);
 }
 
 Rgb LightField::At(const LitPoint& point, const SkyOpenings& openings, uint64_t* rays) const {

@@ -43,6 +43,11 @@ class LightField {
   // Over an element of a surface. Of a point alike in all directions and of a directional light the
   // mean without obstacles is exact.
   GivenIrradiance Over(const NodeId& id, const ConvexPolygon& polygon) const;
+  // Without looking closely, for a first guess: of the sky what the scout says escapes.
+  GivenIrradiance OverSurface(uint32_t surface) const;
+  // No less than what any element gets, were all of it as bright as its brightest point, W.
+  double MostPower(const NodeId& id, const ConvexPolygon& polygon) const;
+
   // Where points of an element are to look for the sky; empty where there is none to see.
   SkyOpenings OpeningsOf(const NodeId& id, const ConvexPolygon& polygon) const;
   // At a point of that element.
@@ -69,9 +74,12 @@ class LightField {
                     const std::array<double, 2>& disc) const;
   Look LookAt(const Source& source, const Samples& samples, uint32_t polygon,
               std::span<const Vec3> points, size_t first) const;
+  double AreaShare(const ConvexPolygon& polygon) const;
   Rgb FromSun(const Source& sun, const LitPoint& point, uint64_t* rays) const;
   double UnoccludedRange(const Source& source, const ConvexPolygon& inside, const Vec3& normal,
                          double least, double most) const;
+  GivenIrradiance FromLights(const NodeId& id, const ConvexPolygon& polygon,
+                             const Samples& samples) const;
   void AddSky(const NodeId& id, const Samples& samples, GivenIrradiance* sum) const;
   void AddDoubt(const Doubt& doubt, GivenIrradiance* sum) const;
   void AddLight(const Source& source, const NodeId& id, const ConvexPolygon& polygon,
@@ -85,7 +93,9 @@ class LightField {
   std::vector<Source> lights_, suns_;  // those without a disc, those with one
   std::optional<SkyField> sky_;
   std::vector<uint8_t> sees_sky_;  // of surfaces: whether light leaves their component
-  int finest_;                     // cells a side of the hemisphere, at points of the output
+  std::vector<float> escape_;      // of surfaces: share of their light that does
+  Rgb brightest_sky_{0.0};
+  int finest_;  // cells a side of the hemisphere, at points of the output
   Rgb power_w_{0.0};
 };
 

@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "common/hierarchy/effects/detectors.h"
+#include "common/hierarchy/effects/landing.h"
 
 namespace isolux {
 
@@ -34,6 +35,25 @@ Rgb SkyPower(const Hierarchy& hierarchy) {
 
 namespace {
 
+// What such power adds to Σ A H with all its bounces is at most power/(1 − ρ_max), and Σ A H is no
+// less than what lands straight from the lamps. Nothing where no lamp is known to light anything.
+std::optional<double> BoundOf(const Hierarchy& hierarchy, double power_w) {
+  const double landing_w = LandingPower(hierarchy);
+  if (!(landing_w > 0)) return {};
+  return power_w / (1 - LargestReflectance(hierarchy)) / landing_w;
+}
+
+// On a side no sky brings more than π times its brightest radiance, nor than all of its light.
+double MostOfSky(const Hierarchy& hierarchy) {
+  const Sky& sky = hierarchy.scene().sky;
+  Rgb brightest(0.0);
+  for (size_t i = 0; i < sky.texels.size(); i += 3) {
+    brightest = glm::max(brightest, Rgb(sky.texels[i], sky.texels[i + 1], sky.texels[i + 2]));
+  }
+  const Rgb most = glm::min(brightest, 4.0 * sky.MeanRadiance());
+  return std::numbers::pi * hierarchy.clusters()[0].area_m2 * Sum(most);
+}
+
 // The row of those lights that are suns, or those that are not.
 Effect DetectOf(const Hierarchy& hierarchy, const char* name, bool suns) {
   std::vector<Light> lights;
@@ -48,6 +68,7 @@ Effect DetectOf(const Hierarchy& hierarchy, const char* name, bool suns) {
   }
   Rgb power(0.0);
   for (const Light& light : lights) power += BroughtPower(hierarchy, light);
+  effect.bound = BoundOf(hierarchy, Sum(power));
   const auto count = [&](LightKind kind) { return std::ranges::count(lights, kind, &Light::kind); };
   if (suns) {
     effect.evidence = fmt::format("suns: {}; {:.4g} W at most", lights.size(), Sum(power));
@@ -71,6 +92,7 @@ Effect DetectSky(const Hierarchy& hierarchy) {
   if (effect.present) {
     effect.evidence = fmt::format("{}, {} x {} texels; {:.4g} W where nothing hides it", sky.name,
                                   sky.columns, sky.rows, Sum(SkyPower(hierarchy)));
+    effect.bound = BoundOf(hierarchy, MostOfSky(hierarchy));
   } else {
     effect.evidence = "no sky";
     effect.bound = 0.0;
