@@ -114,7 +114,7 @@ TEST(Lights, ASpotEndsAtItsCone) {
   EXPECT_GT(border, 20);
   EXPECT_GT(outside, 20);
   // All of the cone lands on the square.
-  const double power = PowerOf(scene.lights[0])[0];
+  const double power = PowerOf(scene.lights[0], {})[0];
   EXPECT_NEAR(result.summary.rounds.back().emitted_w[0], power, 0.02 * power);
 }
 
@@ -200,6 +200,50 @@ TEST(Lights, APointInAClosedBoxIsAFurnace) {
   EXPECT_NEAR(last.absorbed_w[0], 4 * pi, 0.002 * 4 * pi);
   EXPECT_LT(last.energy_imbalance, 0.002);
   EXPECT_EQ(result.summary.rays, 0U);  // one convex room with the light inside
+}
+
+// A luminaire that sends I0 cos of the angle from its axis below, tabled by degrees, and a quarter
+// of that above, twice as much ahead and behind as to the sides: all of its light arrives in a box.
+TEST(Lights, APhotometricLightBringsItsFlux) {
+  BoxFaces faces;
+  faces.reflectance.fill(Rgb(0.3));
+  Scene scene = BoxRoom({2, 2, 2}, faces);
+  Photometry table;
+  table.around = {0, 90};
+  for (int degrees = 0; degrees <= 180; degrees += 2) {
+    table.from_axis.push_back(static_cast<float>(degrees));
+  }
+  for (const double side : {2.0, 1.0}) {
+    for (const float degrees : table.from_axis) {
+      const double cosine = std::cos(degrees * pi / 180);
+      table.intensity.push_back(static_cast<float>(side * (cosine > 0 ? cosine : -0.25 * cosine)));
+    }
+  }
+  EXPECT_NEAR(table.Power(), 1.5 * 1.25 * pi, 2e-3);
+  EXPECT_NEAR(table.Towards({0.6, 0, -0.8}, {0, 0, -1}, {1, 0, 0}), 1.6, 1e-3);
+  EXPECT_NEAR(table.Towards({-0.6, 0, -0.8}, {0, 0, -1}, {1, 0, 0}), 1.6, 1e-3);
+  EXPECT_NEAR(table.Towards({0, 0.6, -0.8}, {0, 0, -1}, {1, 0, 0}), 0.8, 1e-3);
+  EXPECT_NEAR(table.Towards({0, -0.6, 0.8}, {0, 0, -1}, {1, 0, 0}), 0.2, 1e-3);
+  scene.photometries = {table};
+  scene.lights = {PointLight({1, 1.2, 1.1}, {10, 5, 1})};
+  scene.lights[0].kind = LightKind::kPhotometric;
+  ASSERT_TRUE(Validate(scene).ok());
+  const SolveResult result = Solve(scene, 0.02);
+  for (int c = 0; c < 3; ++c) {
+    const double power = table.Power() * scene.lights[0].intensity[c];
+    EXPECT_NEAR(result.summary.rounds.back().emitted_w[c], power, 0.01 * power);
+  }
+  for (const PatchVertex& vertex : result.patch.vertices) {
+    if (vertex.position.z > 0) continue;
+    const Vec3 d = vertex.position - scene.lights[0].position_m;
+    if (std::min({vertex.position.x, vertex.position.y, 2 - vertex.position.x,
+                  2 - vertex.position.y}) < 1e-6) {
+      continue;  // shared with no one, but the normal is the floor's alone inside
+    }
+    const double direct = 10 * table.Towards(glm::normalize(d), {0, 0, -1}, {1, 0, 0}) * -d.z /
+                          std::pow(glm::dot(d, d), 1.5);
+    EXPECT_GT(vertex.irradiance[0], 0.999 * direct);
+  }
 }
 
 TEST(Lights, NoLightComesThroughWalls) {

@@ -112,6 +112,7 @@ Result<Scene> Import(const std::string& path, const Format& format, const Import
   RETURN_IF_ERROR(BuildPolygons(file, options, &scene, &log));
   DropUnused(&scene);
   PlaceLights(file.lights, &scene);
+  if (!scene.lights.empty()) scene.photometries = std::move(file.photometries);
   scene.sky = std::move(file.sky);
   if (options.strict) RETURN_IF_ERROR(log.CheckStrict());
   scene.repairs = log.Report();

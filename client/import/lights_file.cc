@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "client/import/gltf_document.h"
+#include "client/import/ies_file.h"
 #include "client/import/json_element.h"
 #include "client/import/sky_file.h"
 #include "client/import/text_file.h"
@@ -30,7 +32,39 @@ Status ReadSpot(const JsonElement& element, Light* light) {
   return {};
 }
 
-Result<Light> ReadLight(const JsonElement& element) {
+// Its table becomes one of the file's, once for lights that share it.
+Status ReadPhotometric(const JsonElement& element, const std::string& folder, SceneFile* file,
+                       Light* light) {
+  RETURN_IF_ERROR(
+      element.CheckKeys({"type", "name", "position", "direction", "ahead", "file", "colour"}));
+  light->kind = LightKind::kPhotometric;
+  ASSIGN_OR_RETURN(light->position_m, element.Vector("position"));
+  ASSIGN_OR_RETURN(light->direction, element.Direction("direction"));
+  ASSIGN_OR_RETURN(light->intensity, element.Colour("colour", Rgb(1.0)));
+  const Vec3& axis = light->direction;
+  Vec3 ahead = std::abs(axis.x) < 0.9 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+  if (element.json.contains("ahead")) {
+    ASSIGN_OR_RETURN(ahead, element.Direction("ahead"));
+  }
+  ahead -= glm::dot(ahead, axis) * axis;
+  if (!(glm::length(ahead) > 1e-6)) {
+    return element.Error("\"ahead\" is along \"direction\"; choose another");
+  }
+  light->ahead = glm::normalize(ahead);
+  ASSIGN_OR_RETURN(const std::string name, element.Text("file"));
+  const Result<std::string> path = ResolveInside(folder, name);
+  if (!path.has_value()) return path.error().Within(element.where);
+  const auto known = std::ranges::find(file->photometries, *path, &Photometry::name);
+  light->photometry = static_cast<uint32_t>(known - file->photometries.begin());
+  if (known != file->photometries.end()) return {};
+  const size_t most = SceneLimits().photometries;
+  if (file->photometries.size() >= most) return element.Error("more than {} files", most);
+  ASSIGN_OR_RETURN(Photometry photometry, ReadIes(*path));
+  file->photometries.push_back(std::move(photometry));
+  return {};
+}
+
+Result<Light> ReadLight(const JsonElement& element, const std::string& folder, SceneFile* file) {
   if (!element.json.is_object()) return element.Error("not an object; write {{…}}");
   const auto type = element.json.find("type");
   const std::string kind =
@@ -56,6 +90,8 @@ Result<Light> ReadLight(const JsonElement& element) {
     light.kind = LightKind::kDirectional;
     ASSIGN_OR_RETURN(light.direction, element.Direction("direction"));
     ASSIGN_OR_RETURN(light.intensity, element.Colour("irradiance"));
+  } else if (kind == "ies") {
+    RETURN_IF_ERROR(ReadPhotometric(element, folder, file, &light));
   } else if (kind == "sun") {
     RETURN_IF_ERROR(
         element.CheckKeys({"type", "name", "direction", "irradiance", "angular_diameter"}));
@@ -66,7 +102,8 @@ Result<Light> ReadLight(const JsonElement& element) {
                      element.Number("angular_diameter", kSunDiameter, 0.001, 20));
     light.disc_radius = std::tan(0.5 * diameter * std::numbers::pi / 180);
   } else {
-    return element.Error("\"type\" must be one of \"point\", \"spot\", \"directional\", \"sun\"");
+    return element.Error(
+        "\"type\" must be one of \"point\", \"spot\", \"directional\", \"ies\", \"sun\"");
   }
   return light;
 }
@@ -99,8 +136,9 @@ Status ParseLightsFile(const std::string& text, const std::string& name, SceneFi
   const size_t most = SceneLimits().lights;
   if (lights->size() > most) return whole.Error("more than {} lights; leave some out", most);
   for (size_t i = 0; i < lights->size(); ++i) {
-    ASSIGN_OR_RETURN(const Light light,
-                     ReadLight({(*lights)[i], fmt::format("{}: lights[{}]", name, i)}));
+    ASSIGN_OR_RETURN(
+        const Light light,
+        ReadLight({(*lights)[i], fmt::format("{}: lights[{}]", name, i)}, FolderOf(name), file));
     file->lights.push_back(light);
   }
   return {};

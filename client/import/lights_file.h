@@ -5,6 +5,7 @@
 //               {"type": "spot", "position": …, "direction": [x, y, z], "intensity": [r, g, b],
 //                "inner_angle": 20, "outer_angle": 30},
 //               {"type": "directional", "direction": …, "irradiance": …},
+//               {"type": "ies", "file": "lamp.ies", "position": …, "direction": …},
 //               {"type": "sun", "direction": …, "irradiance": …, "angular_diameter": 0.533}],
 //    "sky": {…}}                                                        see sky_file.h
 //

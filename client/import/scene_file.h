@@ -68,6 +68,7 @@ struct SceneFile {
   std::vector<std::string> images;  // encoded (PNG, JPEG, …), of formats that hold them
   std::vector<std::string> parts;  // "nodes[3] 'lamp', meshes[1].primitives[0]"; none of text files
 
+  std::vector<Photometry> photometries;
   std::vector<Light> lights;  // positions in the file's unit
   Sky sky;
 

@@ -6,16 +6,18 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "common/scene/photometry.h"
 #include "common/util/bytes.h"
 #include "common/util/status.h"
 #include "common/vec.h"
 
 namespace isolux {
 
-enum class LightKind : uint8_t { kPoint = 0, kSpot = 1, kDirectional = 2 };
+enum class LightKind : uint8_t { kPoint = 0, kSpot = 1, kDirectional = 2, kPhotometric = 3 };
 
 struct Light {
   std::string name;
@@ -28,24 +30,33 @@ struct Light {
   // Of a directional light that is a disc, as the sun: half its diameter over its distance. Its
   // intensity is of the whole disc.
   double disc_radius = 0;
+  // Of a photometric light: its table (Scene::photometries), which `intensity` is multiplied with,
+  // the direction being its axis; and where its angles around the axis begin, across it.
+  uint32_t photometry = 0;
+  Vec3 ahead{1.0, 0, 0};
 
   bool is_sun() const { return disc_radius > 0; }
 
   bool operator==(const Light&) const = default;
 };
 
-// W/sr in a direction (of length 1) away from a point or spot.
-Rgb IntensityTowards(const Light& light, const Vec3& direction);
+// W/sr in a direction (of length 1) away from a point, spot or photometric light.
+// `photometries`: of its scene.
+Rgb IntensityTowards(const Light& light, std::span<const Photometry> photometries,
+                     const Vec3& direction);
+// No less in any direction.
+Rgb LargestIntensity(const Light& light, std::span<const Photometry> photometries);
 
-// Power of a point or spot in all directions, W; not of directional lights, whose light has no end.
-Rgb PowerOf(const Light& light);
+// Power of a point, spot or photometric light in all directions, W; not of directional lights,
+// whose light has no end.
+Rgb PowerOf(const Light& light, std::span<const Photometry> photometries);
 
 // Whether kinds, vectors and numbers are in range. `number` stands in the message.
-Status CheckLight(const Light& light, size_t number);
+Status CheckLight(const Light& light, std::span<const Photometry> photometries, size_t number);
 
 // A light as part of an encoded scene.
 void Put(ByteWriter& out, const Light& light);
 Light GetLight(ByteReader& in);
-inline constexpr uint64_t kLeastLightBytes = 4 + 1 + 12 * 8;
+inline constexpr uint64_t kLeastLightBytes = 4 + 1 + 15 * 8 + 4;
 
 }  // namespace isolux

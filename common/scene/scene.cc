@@ -189,12 +189,17 @@ void PutMaps(ByteWriter& out, const Scene& scene) {
 void PutLights(ByteWriter& out, const Scene& scene) {
   out.Put(kLightsMagic);
   out.Put(static_cast<uint64_t>(scene.lights.size()));
+  out.Put(static_cast<uint64_t>(scene.photometries.size()));
+  for (const Photometry& photometry : scene.photometries) Put(out, photometry);
   for (const Light& light : scene.lights) Put(out, light);
 }
 
 Status CheckLights(const Scene& scene) {
+  for (const Photometry& photometry : scene.photometries) {
+    RETURN_IF_ERROR(CheckPhotometry(photometry));
+  }
   for (size_t i = 0; i < scene.lights.size(); ++i) {
-    RETURN_IF_ERROR(CheckLight(scene.lights[i], i));
+    RETURN_IF_ERROR(CheckLight(scene.lights[i], scene.photometries, i));
   }
   return {};
 }
@@ -202,9 +207,14 @@ Status CheckLights(const Scene& scene) {
 Status GetLights(ByteReader& in, const SceneLimits& limits, Scene* scene) {
   in.Get<uint64_t>();  // the magic number, which has been looked at
   const auto count = in.Get<uint64_t>();
-  if (count == 0 || count > limits.lights) {
+  const auto tables = in.Get<uint64_t>();
+  if (count == 0 || count > limits.lights || tables > limits.photometries) {
     return MakeStatus(StatusCode::kResourceExhausted,
-                      "scene: {} lights, more than the limit of {} or none", count, limits.lights);
+                      "scene: {} lights and {} photometric tables, outside the limits", count,
+                      tables);
+  }
+  for (uint64_t i = 0; i < tables && in.ok(); ++i) {
+    scene->photometries.push_back(GetPhotometry(in));
   }
   if (!in.Holds(count, kLeastLightBytes)) {
     return MakeStatus(StatusCode::kDataLoss, "scene: its lights are missing");

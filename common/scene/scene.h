@@ -68,10 +68,11 @@ struct Scene {
   std::vector<Material> materials;
   std::vector<Texture> textures;
   std::vector<TextureCoordinates> coordinates;
-  std::vector<Light> lights;  // beside the polygons that emit
-  Sky sky;                    // where one exists
-  Vec3 origin_m{0.0};         // centre that was subtracted, in double, before anything else
-  std::string unit = "m";     // of the file: m, cm, mm, in, ft
+  std::vector<Photometry> photometries;  // of photometric lights
+  std::vector<Light> lights;             // beside the polygons that emit
+  Sky sky;                               // where one exists
+  Vec3 origin_m{0.0};      // centre that was subtracted, in double, before anything else
+  std::string unit = "m";  // of the file: m, cm, mm, in, ft
   double metres_per_unit = 1.0;
   uint32_t file_polygon_count = 0;  // polygons in the file, dropped ones included
   RepairReport repairs;
@@ -122,6 +123,7 @@ struct SceneLimits {
   uint64_t vertices = 20'000'000;
   uint64_t materials = 65'536;
   uint64_t lights = 16'384;
+  uint64_t photometries = 1024;
   uint64_t bytes = 1ULL << 30;  // of the encoded scene
 };
 

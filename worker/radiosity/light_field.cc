@@ -105,7 +105,7 @@ LightField::Arrival LightField::ArrivalAt(const Source& source, const Vec3& poin
   const double height = glm::dot(normal, d);
   if (!(height > 0) || !(distance2 > 0)) return {light.position_m, 0, Rgb(0.0)};
   return {light.position_m, height / (distance2 * distance),
-          IntensityTowards(light, -d / distance)};
+          IntensityTowards(light, hierarchy_.scene().photometries, -d / distance)};
 }
 
 double LightField::AreaShare(const ConvexPolygon& polygon) const {
@@ -209,7 +209,8 @@ double LightField::MostPower(const NodeId& id, const ConvexPolygon& polygon) con
       if (height <= 0) continue;
       const Vec3 foot = light.position_m - height * normal;
       const Vec3 d = light.position_m - NearestInside(polygon, normal, foot);
-      most += SumOf(light.intensity) / std::max(glm::dot(d, d), 1e-300);
+      most += SumOf(LargestIntensity(light, hierarchy_.scene().photometries)) /
+              std::max(glm::dot(d, d), 1e-300);
     }
   }
   if (sky_ && sees_sky_[id.surface] != 0) most += std::numbers::pi * SumOf(brightest_sky_);
@@ -231,7 +232,8 @@ double LightField::UnoccludedRange(const Source& source, const ConvexPolygon& in
   const double height = glm::dot(normal, light.position_m - inside.v[0]);
   probe(NearestInside(inside, normal, light.position_m - height * normal));
   const double falls = -glm::dot(normal, light.direction);
-  if (light.kind == LightKind::kSpot && falls > 1e-9) {
+  const bool has_axis = light.kind == LightKind::kSpot || light.kind == LightKind::kPhotometric;
+  if (has_axis && falls > 1e-9) {
     probe(NearestInside(inside, normal, light.position_m + height / falls * light.direction));
   }
   return most - least;
@@ -302,7 +304,8 @@ void LightField::AddLight(const Source& source, const NodeId& id, const ConvexPo
   const double unoccluded = scale * SumOf(whole);
   const double range = UnoccludedRange(source, samples.inside, samples.normal, least, most);
   AddDoubt({unoccluded, SumOf(whole) > 0 ? SumOf(seen) / SumOf(whole) : 0.0, range,
-            std::max(most, unoccluded), reached > 0, hidden > 0, light.kind == LightKind::kSpot},
+            std::max(most, unoccluded), reached > 0, hidden > 0,
+            light.kind == LightKind::kSpot || light.kind == LightKind::kPhotometric},
            sum);
 }
 

@@ -10,7 +10,7 @@ namespace isolux {
 // What a light brings without obstacles: of points and spots no more than all of their power, of
 // directional lights what falls on sides that face them.
 Rgb BroughtPower(const Hierarchy& hierarchy, const Light& light) {
-  if (light.kind != LightKind::kDirectional) return PowerOf(light);
+  if (light.kind != LightKind::kDirectional) return PowerOf(light, hierarchy.scene().photometries);
   double across_m2 = 0;
   for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
     const double cosine = -glm::dot(hierarchy.geometry(s).Normal(), light.direction);
@@ -74,9 +74,10 @@ Effect DetectOf(const Hierarchy& hierarchy, const char* name, bool suns) {
     effect.evidence = fmt::format("suns: {}; {:.4g} W at most", lights.size(), Sum(power));
     return effect;
   }
-  effect.evidence = fmt::format("points: {}, spots: {}, directions: {}; {:.4g} W at most",
-                                count(LightKind::kPoint), count(LightKind::kSpot),
-                                count(LightKind::kDirectional), Sum(power));
+  effect.evidence =
+      fmt::format("points: {}, spots: {}, directions: {}, photometric: {}; {:.4g} W at most",
+                  count(LightKind::kPoint), count(LightKind::kSpot), count(LightKind::kDirectional),
+                  count(LightKind::kPhotometric), Sum(power));
   return effect;
 }
 

@@ -213,7 +213,7 @@ TEST(LightsFile, DamagedTextIsReadOrRefused) {
       EXPECT_FALSE(status.message().empty());
     }
     for (size_t l = 0; l < file.lights.size(); ++l) {
-      EXPECT_TRUE(CheckLight(file.lights[l], l).ok()) << text;
+      EXPECT_TRUE(CheckLight(file.lights[l], file.photometries, l).ok()) << text;
     }
   }
 }

@@ -94,6 +94,17 @@ TEST(OwnScenes, DaylightHasSunAndSky) {
   EXPECT_GT(about_the_sun.x, scene.sky.RadianceFrom({0, 0, 1}).x);
 }
 
+TEST(OwnScenes, DownlightsShareTheirTable) {
+  const Scene scene = ImportOwn("effects/ies/ies.obj", "m");
+  ASSERT_EQ(scene.lights.size(), 3U);
+  ASSERT_EQ(scene.photometries.size(), 1U);
+  EXPECT_EQ(scene.lights[2].kind, LightKind::kPhotometric);
+  // A beam and a ring.
+  const Photometry& table = scene.photometries[0];
+  EXPECT_GT(table.intensity[0], 2 * table.intensity[4]);
+  EXPECT_GT(table.intensity[7], 1.5 * table.intensity[4]);
+}
+
 struct Expected {
   const char* name;
   uint32_t file_polygons;
