@@ -19,6 +19,7 @@
 #include "server/partition.h"
 #include "server/relay_loop.h"
 #include "server/schedule.h"
+#include "server/source_gather.h"
 #include "server/survey.h"
 
 namespace isolux {
@@ -95,7 +96,6 @@ struct JobRunner::Impl {
   Status RunRound(const ScheduleDecision& decision);
   Status TakeSnapshot(uint32_t round, double epsilon);
   Status Survey();
-  Status GatherSources(GatherWaves& waves);
   Status Rebalance(const CutLoads& loads, RoundSummary* row);
   Status Migrate(const BalancePlan& plan, RoundSummary* row);
   void Release(const std::vector<bool>& staying);
@@ -187,7 +187,9 @@ Result<PatchFile> JobRunner::Impl::RunEpoch() {
   const OutputMeshOptions output = OutputOptions();
   Tell(JobProgress::Stage::kGathering);
   GatherWaves waves(*crew, output.accuracy, limits.gather_batch);
-  if (effects.plan.interreflection) RETURN_IF_ERROR(GatherSources(waves));
+  if (effects.plan.interreflection) {
+    RETURN_IF_ERROR(GatherSources(*crew, hierarchy, snapshot, output.accuracy, waves));
+  }
   ASSIGN_OR_RETURN(PatchFile patch,
                    BuildOutputMesh(hierarchy, snapshot, output,
                                    [&](const std::vector<NodeId>& elements,
@@ -362,22 +364,6 @@ Status JobRunner::Impl::Survey() {
   }
   next = Decide();
   return {};
-}
-
-// Puts what is gathered at the middles of all leaves in the place of what the solution has for
-// them, at the workers and for the output alone: what leaves reflect is then as good as what is
-// gathered from them.
-Status JobRunner::Impl::GatherSources(GatherWaves& waves) {
-  Snapshot sources = snapshot;
-  std::vector<NodeId> leaves;
-  for (const LeafRecord& leaf : sources.leaves) leaves.push_back(leaf.id);
-  ASSIGN_OR_RETURN(const std::vector<double> gathered,
-                   waves.Gather(leaves, std::vector<uint8_t>(leaves.size(), kCentre), nullptr));
-  for (size_t i = 0; i < leaves.size(); ++i) {
-    std::copy_n(gathered.begin() + static_cast<std::ptrdiff_t>(12 * i), 3,
-                sources.leaves[i].irradiance.begin());
-  }
-  return crew->SendAll(MessageKind::kInstallSnapshot, SnapshotData{Encode(sources)});
 }
 
 Status JobRunner::Impl::Rebalance(const CutLoads& loads, RoundSummary* row) {

@@ -7,6 +7,7 @@
 
 #include "common/util/random.h"
 #include "server/gather_waves.h"
+#include "server/source_gather.h"
 
 namespace isolux {
 namespace {
@@ -135,11 +136,11 @@ Status SampleGather(Crew& crew, const Hierarchy& hierarchy, const Snapshot& snap
     return static_cast<uint64_t>(std::llround(factor * static_cast<double>(n)));
   };
   row->output_elements = grown(static_cast<uint64_t>(seen));
-  // The middles of the leaves come first.
+  // The middles of leaves come first.
   const uint64_t output_points = grown(points);
-  const double all = output_points > 0 ? 1 + static_cast<double>(snapshot.leaves.size()) /
-                                                 static_cast<double>(output_points)
-                                       : 1.0;
+  const size_t middles = LeavesThatReflectMost(hierarchy, snapshot, output.accuracy).size();
+  const double all =
+      output_points > 0 ? 1 + static_cast<double>(middles) / static_cast<double>(output_points) : 1;
   row->output_points =
       static_cast<uint64_t>(std::llround(all * static_cast<double>(output_points)));
   row->output_rays =

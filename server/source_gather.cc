@@ -1,0 +1,56 @@
+#include "server/source_gather.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "common/util/exact_sum.h"
+
+namespace isolux {
+namespace {
+
+// Of the accuracy: what leaves that keep the solution's irradiance may reflect, over what all do.
+constexpr double kUngathered = 0.1;
+
+}  // namespace
+
+std::vector<uint32_t> LeavesThatReflectMost(const Hierarchy& hierarchy, const Snapshot& snapshot,
+                                            double accuracy) {
+  std::vector<double> reflected_w;
+  ExactSum total_w;
+  for (const LeafRecord& leaf : snapshot.leaves) {
+    const Rgb& rho = hierarchy.surfaces()[leaf.id.surface].reflectance;
+    const double area_m2 = std::ldexp(hierarchy.surface_area_m2(leaf.id.surface), -leaf.id.level());
+    reflected_w.push_back(area_m2 * (rho.x * leaf.irradiance[0] + rho.y * leaf.irradiance[1] +
+                                     rho.z * leaf.irradiance[2]));
+    total_w.Add(reflected_w.back());
+  }
+  std::vector<uint32_t> order(snapshot.leaves.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](uint32_t a, uint32_t b) { return reflected_w[a] > reflected_w[b]; });
+  double rest_w = total_w.Value();
+  const double least_w = kUngathered * accuracy * rest_w;
+  size_t count = 0;
+  while (count < order.size() && rest_w > least_w) rest_w -= reflected_w[order[count++]];
+  order.resize(count);
+  std::sort(order.begin(), order.end());
+  return order;
+}
+
+Status GatherSources(Crew& crew, const Hierarchy& hierarchy, const Snapshot& snapshot,
+                     double accuracy, GatherWaves& waves) {
+  const std::vector<uint32_t> most = LeavesThatReflectMost(hierarchy, snapshot, accuracy);
+  std::vector<NodeId> ids;
+  for (const uint32_t leaf : most) ids.push_back(snapshot.leaves[leaf].id);
+  ASSIGN_OR_RETURN(const std::vector<double> gathered,
+                   waves.Gather(ids, std::vector<uint8_t>(ids.size(), kCentre), nullptr));
+  Snapshot sources = snapshot;
+  for (size_t i = 0; i < most.size(); ++i) {
+    std::copy_n(gathered.begin() + static_cast<std::ptrdiff_t>(12 * i), 3,
+                sources.leaves[most[i]].irradiance.begin());
+  }
+  return crew.SendAll(MessageKind::kInstallSnapshot, SnapshotData{Encode(sources)});
+}
+
+}  // namespace isolux

@@ -1,0 +1,25 @@
+// Before the output is gathered, so are the sources it is gathered from: what leaves reflect is
+// then as good as what is gathered from them (docs/design.md, "Gather and output").
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/hierarchy/hierarchy.h"
+#include "common/hierarchy/snapshot.h"
+#include "server/crew.h"
+#include "server/gather_waves.h"
+
+namespace isolux {
+
+// Places in the snapshot, in order, of the leaves that reflect most: all but a tenth of the
+// accuracy of what all reflect. The rest may be most of all leaves.
+std::vector<uint32_t> LeavesThatReflectMost(const Hierarchy& hierarchy, const Snapshot& snapshot,
+                                            double accuracy);
+
+// Puts what is gathered at the middles of these leaves in the place of what the solution has for
+// them, at the workers, for the output alone.
+Status GatherSources(Crew& crew, const Hierarchy& hierarchy, const Snapshot& snapshot,
+                     double accuracy, GatherWaves& waves);
+
+}  // namespace isolux
