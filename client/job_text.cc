@@ -111,6 +111,8 @@ json ToJson(const JobInfo& job) {
       {"seconds", Seconds(job)},
       {"gather_seconds", job.summary.gather_s},
       {"energy_imbalance", known(last.energy_imbalance)},
+      {"leaks", known(last.leaks)},
+      {"leak_area", known(last.leak_area)},
       {"residual", known(last.residual)},
       {"memory_bytes", known(last.memory_bytes)},
       {"workers", Workers(job)},
@@ -171,6 +173,8 @@ std::string Describe(const JobInfo& job) {
     row("error, RMS", fmt::format("{:.3f} %", 100 * last.error_rms));
     row("local error", fmt::format("below {:.3g} % on 95 % of the area", 100 * last.error_p95));
     row("energy imbalance", fmt::format("{:.3f} %", 100 * last.energy_imbalance));
+    row("leaks",
+        fmt::format("{} elements, {:.3g} % of the area", last.leaks, 100 * last.leak_area));
     row("residual", fmt::format("{:.3g}", last.residual));
     row("rounds", std::to_string(job.summary.rounds.size()));
     row("elements", std::to_string(last.elements));

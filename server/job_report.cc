@@ -18,6 +18,7 @@ bool Agree(const RoundReport& a, const RoundReport& b) {
   return a.crown_hash == b.crown_hash && a.iterations == b.iterations &&
          same(a.error_estimate, b.error_estimate) && same(a.error_rms, b.error_rms) &&
          same(a.error_closure, b.error_closure) && same(a.residual, b.residual) &&
+         a.leaks.leaves == b.leaks.leaves && same(a.leaks.area_share, b.leaks.area_share) &&
          same(a.energy_imbalance, b.energy_imbalance) && a.emitted_w == b.emitted_w &&
          a.absorbed_w == b.absorbed_w && a.escaped_w == b.escaped_w;
 }
@@ -78,6 +79,8 @@ std::string RoundLine(const RoundSummary& row) {
       .Add("iterations", row.iterations)
       .Add("residual", row.residual)
       .Add("imbalance", row.energy_imbalance)
+      .Add("leaks", row.leaks)
+      .Add("leak_area", row.leak_area)
       .AddSeconds("seconds", row.seconds)
       .AddSeconds("refine_s", row.refine_s)
       .AddSeconds("exchange_s", row.exchange_s)
@@ -213,6 +216,8 @@ Result<RoundSummary> MergeReports(const PerWorker<RoundReport>& reports, uint32_
   row.error_coupling = first->error_coupling;
   row.error_solver = first->error_solver;
   row.error_closure = first->error_closure;
+  row.leaks = first->leaks.leaves;
+  row.leak_area = first->leaks.area_share;
   row.error_rms = first->error_rms;
   row.error_p95 = local.Quantile(0.95);
   row.error_worst = local.worst;

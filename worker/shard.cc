@@ -17,6 +17,7 @@
 #include "worker/radiosity/escape.h"
 #include "worker/radiosity/gather.h"
 #include "worker/radiosity/given.h"
+#include "worker/radiosity/leaks.h"
 #include "worker/radiosity/link_errors.h"
 #include "worker/radiosity/one_channel.h"
 #include "worker/radiosity/solver.h"
@@ -257,6 +258,8 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
   RETURN_IF_ERROR(AddEnergy(leaves, solution.irradiance, escape, exchange, report));
   report.residual = solution.residual;
   report.iterations = closing.products + solution.products;
+  ASSIGN_OR_RETURN(report.leaks, CountLeaks(leaves, solution.irradiance, closing.bend,
+                                            hierarchy.clusters()[0].area_m2, exchange));
   report.memory_bytes = product.memory_bytes();
   Record(nodes, leaves, solution.irradiance, errors, escape);
   return AddErrors(nodes, leaves, solution, errors, closing, exchange, report);

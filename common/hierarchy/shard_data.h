@@ -40,6 +40,13 @@ struct LocalErrors {
   double Quantile(double share) const;
 };
 
+// Leaves whose rows closure had to bend far (worker/radiosity/leaks.h), and their share of the area
+// of all sides that take part.
+struct Leaks {
+  uint64_t leaves = 0;
+  double area_share = 0;
+};
+
 // What a worker tells of a round. Collective figures (marked so) are the same at every worker.
 struct RoundReport {
   uint32_t round = 0;
@@ -50,6 +57,7 @@ struct RoundReport {
   double residual = 0, energy_imbalance = 0;
   uint32_t iterations = 0;
   std::array<double, 3> emitted_w{}, absorbed_w{}, escaped_w{};
+  Leaks leaks;
   uint64_t crown_hash = 0;  // of the crown's links; must agree
   // This worker's own.
   uint64_t links = 0, leaves = 0, evaluations = 0, rays = 0;

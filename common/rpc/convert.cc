@@ -134,6 +134,8 @@ v1::RoundSummary ToProto(const RoundSummary& round) {
   message.set_migrated_nodes(round.migrated_nodes);
   message.set_migrated_links(round.migrated_links);
   message.set_memory_bytes(round.memory_bytes);
+  message.set_leaks(round.leaks);
+  message.set_leak_area(round.leak_area);
   message.set_error_closure(round.error_closure);
   message.set_error_gather(round.error_gather);
   message.set_error_rms(round.error_rms);
@@ -185,6 +187,8 @@ Result<RoundSummary> FromProto(const v1::RoundSummary& message) {
   round.migrated_nodes = message.migrated_nodes();
   round.migrated_links = message.migrated_links();
   round.memory_bytes = message.memory_bytes();
+  round.leaks = message.leaks();
+  round.leak_area = message.leak_area();
   round.error_closure = message.error_closure();
   round.error_gather = message.error_gather();
   round.error_rms = message.error_rms();

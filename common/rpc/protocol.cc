@@ -190,6 +190,8 @@ std::string Encode(const RoundReport& message) {
   proto.set_exchange_s(message.exchange_s);
   proto.set_solve_s(message.solve_s);
   proto.set_cpu_s(message.cpu_s);
+  proto.set_leaks(message.leaks.leaves);
+  proto.set_leak_area(message.leaks.area_share);
   proto.set_error_closure(message.error_closure);
   proto.set_error_rms(message.error_rms);
   v1::LocalErrors* local = proto.mutable_local_errors();
@@ -234,6 +236,7 @@ Result<RoundReport> DecodeMessage(const std::string& payload) {
   message.exchange_s = proto.exchange_s();
   message.solve_s = proto.solve_s();
   message.cpu_s = proto.cpu_s();
+  message.leaks = {proto.leaks(), proto.leak_area()};
   message.error_closure = proto.error_closure();
   message.error_rms = proto.error_rms();
   const v1::LocalErrors& local = proto.local_errors();

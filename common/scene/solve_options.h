@@ -63,6 +63,10 @@ struct RoundSummary {
   double energy_imbalance =
       0;  // largest |emitted − absorbed − escaped| / emitted over the channels
   std::array<double, 3> emitted_w{}, absorbed_w{}, escaped_w{};
+  // Elements whose couplings add up to far too much or little before closure: light leaks there, or
+  // links are missing. And their share of the area.
+  uint64_t leaks = 0;
+  double leak_area = 0;
   double seconds = 0;  // wall, since the start of the job
   double refine_s = 0, exchange_s = 0, solve_s = 0, snapshot_s = 0,
          balance_s = 0;              // wall, this round

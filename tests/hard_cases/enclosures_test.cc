@@ -11,6 +11,7 @@
 #include "tests/support/local_cluster.h"
 #include "tests/support/scenes.h"
 #include "worker/radiosity/closure.h"
+#include "worker/radiosity/leaks.h"
 
 namespace isolux::testing {
 namespace {
@@ -180,6 +181,63 @@ TEST(HardEnclosures, ConcaveClosedScenes) {
       closure.Measure(std::abs(d * d - 1), fmt::format("{}, leaf {}", room, i));
     }
   }
+}
+
+// ---- leaks
+
+// A cube without its upper x wall.
+Scene CubeWithoutAWall() {
+  SceneSketch sketch;
+  const uint32_t wall = sketch.Material("wall", 0.5, 1);
+  for (int face = 0; face < 6; ++face) {
+    if (face == 1) continue;
+    sketch.Rectangle(face / 2, face % 2, {0, 0}, {1, 1}, face % 2 == 0, wall,
+                     kFrontTakesPart | kFrontEmits);
+  }
+  return sketch.Take();
+}
+
+// Its floor is there so many times, as no importer would leave it.
+Scene CubeWithFloors(int floors) {
+  SceneSketch sketch;
+  const uint32_t wall = sketch.Material("wall", 0.5), lamp = sketch.Material("lamp", 0.5, 1);
+  sketch.Box({0, 0, 0}, {1, 1, 1}, true, wall, kFrontTakesPart);
+  sketch.Rectangle(2, 0.9, {0.3, 0.3}, {0.6, 0.6}, false, lamp, kBothTakePart | kFrontEmits);
+  for (int k = 1; k < floors; ++k)
+    sketch.Rectangle(2, 0, {0, 0}, {1, 1}, true, wall, kFrontTakesPart);
+  return sketch.Take();
+}
+
+// Share of the area that is told to leak where every row is taken for that of a closed room.
+double LeakAreaTakenForClosed(const Scene& scene) {
+  LinkBench bench(scene, 1e-3, 2, false);
+  const size_t n = bench.system.size();
+  const auto closing = Close(*bench.product, bench.system, std::vector<RowMeasure>(n),
+                             RowsMay::kRiseAndFall, 1e-3, bench.exchange);
+  EXPECT_TRUE(closing.has_value());
+  if (!closing.has_value()) return INFINITY;
+  const std::vector<Lanes> lit(n, Lanes{1, 1, 1, 0});
+  const auto leaks = CountLeaks(bench.system, lit, closing->bend,
+                                bench.hierarchy.clusters()[0].area_m2, bench.exchange);
+  EXPECT_TRUE(leaks.has_value());
+  return leaks ? leaks->area_share : INFINITY;
+}
+
+TEST(HardEnclosures, LeaksAreTold) {
+  HardCase told("33b", "a wall missing and taken for closed; a floor that is there four times",
+                "share of the area that is not told to leak", 0.7);
+  HardCase quiet("33c", "closed rooms: L, column, furnished, Cornell box",
+                 "share of the area that is told to leak", 0.03);
+  told.Measure(1 - LeakAreaTakenForClosed(CubeWithoutAWall()), "missing wall");
+  quiet.Measure(LeakAreaTakenForClosed(LRoom()), "L");
+  quiet.Measure(LeakAreaTakenForClosed(ColumnRoom()), "column");
+  const auto leak_area = [](const Scene& scene) {
+    return SolveScene(scene, 0.05).summary.rounds.back().leak_area;
+  };
+  told.Measure(1 - leak_area(CubeWithFloors(4)), "four floors");
+  quiet.Measure(leak_area(CubeWithFloors(1)), "one floor");
+  quiet.Measure(leak_area(FurnishedRoom()), "furnished");
+  quiet.Measure(leak_area(ClosedCornellBox()), "Cornell box");
 }
 
 }  // namespace

@@ -117,6 +117,14 @@ class Closer {
     }
   }
 
+  // What rows must change by, as shares of what they are; 0 of leaves without any link.
+  std::vector<double> Bends() const {
+    std::vector<double> bends(leaves_.size(), 0);
+    for (size_t i = 0; i < bends.size(); ++i)
+      if (Row(i) > 0) bends[i] = target_[i] / Row(i) - 1;
+    return bends;
+  }
+
   void ScaleAll() {
     for (size_t i = 0; i < leaves_.size(); ++i) ScaleAll(i);
   }
@@ -178,7 +186,10 @@ Result<ClosureSummary> Close(Product& product, LeafSystem& leaves,
     const bool first = summary.products == 1;
     if (first) RETURN_IF_ERROR(closer.SetTargets(rows_may));
     ASSIGN_OR_RETURN(summary.worst_after, closer.FarthestOff());
-    if (first) summary.worst_before = summary.worst_after;
+    if (first) {
+      summary.worst_before = summary.worst_after;
+      summary.bend = closer.Bends();
+    }
     if (summary.worst_after <= tolerance || summary.products >= kMostProducts) {
       summary.off = closer.off();
       return summary;

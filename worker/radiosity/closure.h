@@ -19,6 +19,9 @@ struct ClosureSummary {
   // Of leaves without any factor, how far a row is from what it must be, as share; and in the end.
   double worst_before = 0, worst_after = 0;
   std::vector<double> off;  // in the end, of each own leaf
+  // By how much each own leaf's row must change, as share of what it is without any factor: d² − 1
+  // if D C D were to do it alone.
+  std::vector<double> bend;
 };
 
 // What rows may be made to add up to.

@@ -44,6 +44,7 @@ function headline({ summary = {}, job, rounds = [], faces = {} }) {
     ["workers", format.count(summary.workers)],
     ["memory of links and nodes", format.bytes(summary.memory_bytes)],
     ["energy imbalance", format.percent(summary.energy_imbalance)],
+    ["area of leaks or missing links", last.leak_area > 0 ? format.percent(last.leak_area) : null],
     ["mean irradiance", faces.mean_irradiance_w_m2 > 0 ? `${format.number(faces.mean_irradiance_w_m2)} W/m²` : null],
     ["solver", summary.solver],
     ["job", job ? `${job.job}, ${job.state}` : null],

@@ -22,6 +22,8 @@ export function roundTable(rounds) {
     numeric("products", "iterations", format.count),
     numeric("residual", "residual", format.number),
     numeric("imbalance", "imbalance", format.percent),
+    numeric("leaks", "leaks", format.count),
+    numeric("their area", "leak_area", format.percent),
     numeric("load", "load", format.number),
     numeric("nodes moved", "migrated_nodes", format.count),
     numeric("links moved", "migrated_links", format.count),

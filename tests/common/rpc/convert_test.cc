@@ -19,14 +19,14 @@ RoundSummary Numbered(double base) {
                         &round.snapshot_s,       &round.balance_s,        &round.load_max_over_mean,
                         &round.error_closure,    &round.error_gather,     &round.error_rms,
                         &round.error_p95,        &round.error_worst,      &round.output_s,
-                        &round.sample_s,         &round.links_per_split}) {
+                        &round.sample_s,         &round.links_per_split,  &round.leak_area}) {
     *value = ++next;
   }
   for (uint64_t* value :
        {&round.elements, &round.links, &round.evaluations, &round.proved_visible,
         &round.proved_hidden, &round.rays, &round.bytes_in, &round.bytes_out, &round.migrated_nodes,
         &round.migrated_links, &round.memory_bytes, &round.worst_path, &round.output_elements,
-        &round.output_points, &round.output_rays}) {
+        &round.output_points, &round.output_rays, &round.leaks}) {
     *value = static_cast<uint64_t>(++next);
   }
   for (uint32_t* value : {&round.iterations, &round.worst_polygon, &round.worst_surface}) {

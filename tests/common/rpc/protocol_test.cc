@@ -76,6 +76,7 @@ RoundReport RandomReport(Random& random) {
   report.links = random.Bits();
   report.cpu_s = random.Unit();
   report.error_closure = random.Unit();
+  report.leaks = {random.Bits(), random.Unit()};
   report.error_rms = random.Unit();
   for (uint64_t& area : report.local_errors.area) area = random.Bits();
   report.local_errors.worst = random.Unit();
