@@ -1,13 +1,11 @@
 #include "worker/shard.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <optional>
 
 #include "common/hierarchy/effects/plan.h"
-#include "common/util/random.h"
 #include "common/util/stopwatch.h"
 #include "worker/radiosity/ambient.h"
 #include "worker/radiosity/closure.h"
@@ -18,22 +16,12 @@
 #include "worker/radiosity/gather.h"
 #include "worker/radiosity/given.h"
 #include "worker/radiosity/leaks.h"
+#include "worker/radiosity/link_counts.h"
 #include "worker/radiosity/link_errors.h"
 #include "worker/radiosity/one_channel.h"
 #include "worker/radiosity/solver.h"
 
 namespace isolux {
-namespace {
-
-uint64_t HashOfLink(const Tree& tree, const Link& link) {
-  const NodeId& p = tree.node(link.p).id;
-  const NodeId& q = tree.node(link.q).id;
-  return Hash(Hash(Hash(p.surface, p.path), Hash(q.surface, q.path)),
-              std::bit_cast<uint32_t>(link.unoccluded_m2), link.visible_share);
-}
-
-}  // namespace
-
 struct Shard::Impl {
   Impl(std::shared_ptr<const Scene> scene_in, ThreadPool* pool_in)
       : scene(std::move(scene_in)),
@@ -88,8 +76,6 @@ struct Shard::Impl {
   std::vector<double> EscapeShares(const ActiveNodes& nodes) const;
   std::vector<RowMeasure> MeasureRows(const ActiveNodes& nodes,
                                       std::span<const double> escape) const;
-  void CountLinks(const RefineCounters& counters, double refine_cpu_s, double solve_cpu_s,
-                  const ActiveNodes& nodes, RoundReport& report) const;
 };
 
 Shard::Shard(std::shared_ptr<const Scene> scene, ThreadPool* pool)
@@ -158,7 +144,8 @@ Result<RoundReport> Shard::RunRound(double epsilon, double accuracy, Exchange& e
   impl_->solved.round = report.round;
   impl_->solved.epsilon = epsilon;
   report.solve_s = solving.wall_s();
-  impl_->CountLinks(counters, refine_cpu_s, solving.cpu_s(), nodes, report);
+  CountLinks(impl_->tree, *impl_->placement, impl_->links, nodes, counters, refine_cpu_s,
+             solving.cpu_s(), report);
   report.cpu_s = whole.cpu_s();
   return report;
 }
@@ -347,40 +334,6 @@ std::vector<RowMeasure> Shard::Impl::MeasureRows(const ActiveNodes& nodes,
     rows[i] = {1 - escape[i], EscapeDeviation(scout.escape[id.surface], ray_count)};
   }
   return rows;
-}
-
-void Shard::Impl::CountLinks(const RefineCounters& counters, double refine_cpu_s,
-                             double solve_cpu_s, const ActiveNodes& nodes,
-                             RoundReport& report) const {
-  const uint32_t cut_size = placement->cut_size();
-  report.evaluations = counters.evaluations;
-  report.proved_visible = counters.proved_visible;
-  report.proved_hidden = counters.proved_hidden;
-  report.rays += counters.rays;
-  report.cut_links.assign(cut_size, 0);
-  report.cut_elements.assign(cut_size, 0);
-  report.cut_cost_ns.assign(cut_size, 0);
-  const auto count = [&](const Link& link) {
-    ++report.links;
-    ++report.cut_links[placement->OwnerCut(link.p, link.q)];
-  };
-  for (const Link& link : links.own) count(link);
-  for (const Link& link : links.crown) {
-    report.crown_hash += HashOfLink(tree, link);
-    if (placement->HomeOfLink(link.p, link.q) == placement->self()) count(link);
-  }
-  for (const uint32_t node : nodes.leaves) ++report.cut_elements[placement->CutOf(node)];
-  report.leaves = nodes.leaves.size();
-  for (uint32_t c = 0; c < cut_size; ++c) {
-    const double evaluated = counters.evaluations > 0
-                                 ? static_cast<double>(counters.evaluations_of_cut[c]) /
-                                       static_cast<double>(counters.evaluations)
-                                 : 0.0;
-    const double linked = report.links > 0 ? static_cast<double>(report.cut_links[c]) /
-                                                 static_cast<double>(report.links)
-                                           : 0.0;
-    report.cut_cost_ns[c] = 1e9 * (refine_cpu_s * evaluated + solve_cpu_s * linked);
-  }
 }
 
 uint64_t Shard::memory_bytes() const {

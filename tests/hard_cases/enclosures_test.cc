@@ -10,20 +10,12 @@
 #include "tests/support/link_bench.h"
 #include "tests/support/local_cluster.h"
 #include "tests/support/scenes.h"
+#include "tests/support/solve_scene.h"
 #include "worker/radiosity/closure.h"
 #include "worker/radiosity/leaks.h"
 
 namespace isolux::testing {
 namespace {
-
-SolveResult SolveScene(const Scene& scene, double accuracy) {
-  EXPECT_TRUE(Validate(scene).ok()) << Validate(scene).message();
-  SolveOptions options;
-  options.accuracy = accuracy;
-  Result<SolveResult> result = SolveInProcess(scene, options, 1, 2);
-  EXPECT_TRUE(result.has_value()) << result.error().message();
-  return result ? std::move(*result) : SolveResult{};
-}
 
 // Many small boxes in [low, high], so that there are clusters.
 void Scatter(SceneSketch& sketch, const Vec3& low, const Vec3& high, int n, uint32_t material) {
@@ -172,9 +164,7 @@ TEST(HardEnclosures, ConcaveClosedScenes) {
       sums.Measure(std::abs(sum[s] / bench.hierarchy.surface_area_m2(s) - 1),
                    fmt::format("{}, surface {}", room, s));
     }
-    const std::vector<RowMeasure> closed(n);
-    const auto closing =
-        Close(*bench.product, bench.system, closed, RowsMay::kRiseAndFall, 1e-3, bench.exchange);
+    const auto closing = bench.CloseRows(1e-3);
     ASSERT_TRUE(closing.has_value());
     for (size_t i = 0; i < n; ++i) {
       const double d = bench.system.closure[i];
@@ -212,8 +202,7 @@ Scene CubeWithFloors(int floors) {
 double LeakAreaTakenForClosed(const Scene& scene) {
   LinkBench bench(scene, 1e-3, 2, false);
   const size_t n = bench.system.size();
-  const auto closing = Close(*bench.product, bench.system, std::vector<RowMeasure>(n),
-                             RowsMay::kRiseAndFall, 1e-3, bench.exchange);
+  const auto closing = bench.CloseRows(1e-3);
   EXPECT_TRUE(closing.has_value());
   if (!closing.has_value()) return INFINITY;
   const std::vector<Lanes> lit(n, Lanes{1, 1, 1, 0});

@@ -14,6 +14,7 @@
 #include "tests/support/local_cluster.h"
 #include "tests/support/obj_scene.h"
 #include "tests/support/shared_folder.h"
+#include "tests/support/solve_scene.h"
 #include "worker/coupling/clip.h"
 #include "worker/coupling/point_factor.h"
 #include "worker/radiosity/closure.h"
@@ -21,15 +22,6 @@
 
 namespace isolux::testing {
 namespace {
-
-SolveResult SolveScene(const Scene& scene, double accuracy) {
-  EXPECT_TRUE(Validate(scene).ok()) << Validate(scene).message();
-  SolveOptions options;
-  options.accuracy = accuracy;
-  Result<SolveResult> result = SolveInProcess(scene, options, 1, 2);
-  EXPECT_TRUE(result.has_value()) << result.error().message();
-  return result ? std::move(*result) : SolveResult{};
-}
 
 const RoundSummary& Last(const SolveResult& result) { return result.summary.rounds.back(); }
 
@@ -71,9 +63,7 @@ struct FurnaceErrors {
 FurnaceErrors SolveFurnace(const Scene& scene, double most, double share) {
   LinkBench bench(Kirchhoff(scene, most, 23), share);
   const size_t n = bench.system.size();
-  const std::vector<RowMeasure> closed(n);
-  const auto closing =
-      Close(*bench.product, bench.system, closed, RowsMay::kRiseAndFall, 1e-6, bench.exchange);
+  const auto closing = bench.CloseRows(1e-6);
   LinkTransport transport(*bench.product, bench.system);
   SolverOptions options;
   options.accuracy = 1e-8;

@@ -11,6 +11,7 @@
 #include "tests/support/hard_scenes.h"
 #include "tests/support/local_cluster.h"
 #include "tests/support/scenes.h"
+#include "tests/support/solve_scene.h"
 #include "worker/radiosity/escape.h"
 #include "worker/radiosity/solver.h"
 
@@ -18,19 +19,6 @@ namespace isolux::testing {
 namespace {
 
 constexpr bool kLarge = ISOLUX_LARGE_CASES != 0;
-
-SolveOptions ToAccuracy(double accuracy) {
-  SolveOptions options;
-  options.accuracy = accuracy;
-  return options;
-}
-
-SolveResult SolveScene(const Scene& scene, const SolveOptions& options) {
-  EXPECT_TRUE(Validate(scene).ok()) << Validate(scene).message();
-  Result<SolveResult> result = SolveInProcess(scene, options, 1, 2);
-  EXPECT_TRUE(result.has_value()) << result.error().message();
-  return result ? std::move(*result) : SolveResult{};
-}
 
 const RoundSummary& Last(const SolveResult& result) { return result.summary.rounds.back(); }
 

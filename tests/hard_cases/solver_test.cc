@@ -126,9 +126,7 @@ TEST(HardSolver, WhiteFurnaceOverLinks) {
                 "|B(1-rho)/E - 1| (1-rho) over the closure's residual", 1.01);
   for (const double rho : {0.5, 0.9, 0.99, 0.999, 0.99999}) {
     LinkBench bench(FurnaceCube(rho, 3.0), 1e-2 / (1 - rho));
-    const std::vector<RowMeasure> closed(bench.system.size());
-    const auto closing =
-        Close(*bench.product, bench.system, closed, RowsMay::kRiseAndFall, 1e-10, bench.exchange);
+    const auto closing = bench.CloseRows(1e-10);
     ASSERT_TRUE(closing.has_value());
     const SolverResult solved = SolveLinks(bench, ToAccuracy(1e-9));
     for (const Lanes& b : RadiosityOf(bench.system, solved)) {
@@ -286,10 +284,7 @@ class FrozenLinks {
     bench.system = untouched;
     RaiseReflectances(seed, bench);
     bench.system = untouched;
-    const std::vector<RowMeasure> closed(bench.system.size());
-    ASSERT_TRUE(
-        Close(*bench.product, bench.system, closed, RowsMay::kRiseAndFall, 1e-3, bench.exchange)
-            .has_value());
+    ASSERT_TRUE(bench.CloseRows(1e-3).has_value());
     MeasureSymmetry(seed, bench, ", closed");
   }
 
@@ -496,10 +491,7 @@ TEST(HardSolver, ChannelsUnlikeEachOther) {
   for (const uint64_t seed : {1, 2, 3}) {
     LinkBench bench(seed == 1 ? FurnaceCube(0.5, 1) : RandomRoom(seed, 3), 1e-2, 1, false);
     LinkTransport links(*bench.product, bench.system);
-    const std::vector<RowMeasure> closed(bench.system.size());
-    ASSERT_TRUE(
-        Close(*bench.product, bench.system, closed, RowsMay::kRiseAndFall, 1e-6, bench.exchange)
-            .has_value());
+    ASSERT_TRUE(bench.CloseRows(1e-6).has_value());
     measure(bench.system, links, fmt::format("links of room {}", seed));
   }
 }

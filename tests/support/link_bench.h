@@ -8,6 +8,7 @@
 
 #include "common/util/random.h"
 #include "worker/radiosity/ambient.h"
+#include "worker/radiosity/closure.h"
 #include "worker/radiosity/escape.h"
 #include "worker/radiosity/matvec.h"
 #include "worker/radiosity/refine.h"
@@ -70,6 +71,12 @@ struct LinkBench {
     std::vector<Lanes> values(system.size());
     for (Lanes& v : values) v = Lanes{random.Unit(), random.Unit(), random.Unit(), 0};
     return values;
+  }
+
+  // Closes the rows as those of a closed room.
+  Result<ClosureSummary> CloseRows(double tolerance) {
+    return Close(*product, system, std::vector<RowMeasure>(system.size()), RowsMay::kRiseAndFall,
+                 tolerance, exchange);
   }
 
   std::vector<Lanes> Irradiance(const std::vector<Lanes>& radiosity) {

@@ -92,9 +92,7 @@ TEST(Product, ReturnsAllThatAClosedRoomIsGiven) {
 
 TEST(Closure, BringsRowsOfAClosedRoomToTheirArea) {
   Bench bench(testing::FurnaceCube(0.5, 1), 1e-3);
-  const std::vector<RowMeasure> closed(bench.system.size());
-  const auto summary =
-      Close(*bench.product, bench.system, closed, RowsMay::kRiseAndFall, 1e-4, bench.exchange);
+  const auto summary = bench.CloseRows(1e-4);
   ASSERT_TRUE(summary.has_value());
   EXPECT_GT(summary->worst_before, 0.01);
   EXPECT_LE(summary->worst_after, 1e-4);

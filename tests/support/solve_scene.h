@@ -1,0 +1,29 @@
+// A scene solved by a job of one worker in this process, or a test that fails.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <utility>
+
+#include "tests/support/local_cluster.h"
+
+namespace isolux::testing {
+
+inline SolveOptions ToAccuracy(double accuracy) {
+  SolveOptions options;
+  options.accuracy = accuracy;
+  return options;
+}
+
+inline SolveResult SolveScene(const Scene& scene, const SolveOptions& options) {
+  EXPECT_TRUE(Validate(scene).ok()) << Validate(scene).message();
+  Result<SolveResult> result = SolveInProcess(scene, options, 1, 2);
+  EXPECT_TRUE(result.has_value()) << result.error().message();
+  return result ? std::move(*result) : SolveResult{};
+}
+
+inline SolveResult SolveScene(const Scene& scene, double accuracy) {
+  return SolveScene(scene, ToAccuracy(accuracy));
+}
+
+}  // namespace isolux::testing
