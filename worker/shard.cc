@@ -46,6 +46,7 @@ struct Shard::Impl {
   Snapshot solved;                     // own leaves of the round just run
   std::unique_ptr<Gatherer> gatherer;  // of the installed snapshot, made when first asked for
   Scout scout;
+  Mirrors mirrors;  // that are simulated
 
   RefineScene refine_scene() const {
     return {&rays, sampler.get(), options.seed, plan.occlusion, prover ? &*prover : nullptr};
@@ -90,8 +91,10 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
   impl_->gatherer.reset();
   impl_->links = {};
   impl_->sampler = std::make_unique<NodeSampler>(impl_->tree);
-  impl_->scout =
-      ScoutEscapes(impl_->hierarchy, impl_->rays, options.accuracy, options.seed, impl_->pool);
+  impl_->mirrors = impl_->plan.mirrors ? Mirrors(impl_->hierarchy, options.accuracy) : Mirrors();
+  impl_->tree.SetMirrors(impl_->mirrors.empty() ? nullptr : &impl_->mirrors);
+  impl_->scout = ScoutEscapes(impl_->hierarchy, impl_->rays, impl_->mirrors, options.accuracy,
+                              options.seed, impl_->pool);
   impl_->tree.SetComponents(impl_->scout.component);
   impl_->snapshot = AmbientSnapshot(impl_->hierarchy, impl_->scout, impl_->StartLights());
   std::vector<uint32_t> moved;
@@ -176,6 +179,10 @@ LeafSystem Shard::Impl::MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lan
     // of the first rounds lead far from them.
     leaves.closure.push_back(1.0);
     leaves.inheritance.push_back(1.0);
+    if (!mirrors.empty()) {
+      const Surface& surface = tree.surface_of(node);
+      leaves.specular.push_back(mirrors.ShareOf(surface.polygon, surface.side));
+    }
     start->push_back(lanes(record.irradiance));
     old_leaf->push_back(static_cast<uint32_t>(&record - snapshot.leaves.data()));
   }
@@ -315,7 +322,7 @@ std::vector<double> Shard::Impl::EscapeShares(const ActiveNodes& nodes) const {
       // Seeded by the id, so a leaf's share never changes while it is one.
       shares[i] = id.is_surface()   ? scout.escape[id.surface]
                   : record.id == id ? record.escape
-                                    : EscapeShare(hierarchy, rays, id, tree.polygon(node),
+                                    : EscapeShare(hierarchy, rays, mirrors, id, tree.polygon(node),
                                                   record.escape, EscapeRays(node), options.seed);
     }
   });
@@ -422,7 +429,8 @@ Status Shard::Absorb(const std::string& parcel_bytes) {
     std::memcpy(&link, parcel_bytes.data() + at, sizeof link);
     if (link.p >= tree.size() || link.q >= tree.size() ||
         tree.node(link.q).id < tree.node(link.p).id || !(link.unoccluded_m2 >= 0) ||
-        !std::isfinite(link.unoccluded_m2)) {
+        !std::isfinite(link.unoccluded_m2) ||
+        (link.through_mirrors() && link.image() >= impl_->mirrors.images().size())) {
       return {StatusCode::kDataLoss, "migration: a link between nodes that do not exist"};
     }
     const bool crown = impl_->placement->IsCrownLink(link.p, link.q);

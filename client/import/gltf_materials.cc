@@ -181,6 +181,7 @@ Status MaterialReader::ReadMetallicRoughness() {
                      MapOf(pbr.metallicRoughnessTexture, "metallicRoughnessTexture"));
   }
   to_.mirror = to_.metallic > 0 && pbr.roughnessFactor <= kMirrorRoughness;
+  if (to_.mirror) to_.specular = to_.diffuse;
   to_.glossy = !to_.mirror && (to_.metallic > 0 || pbr.roughnessFactor <= kGlossyRoughness);
   return {};
 }
@@ -207,6 +208,7 @@ Status MaterialReader::ReadSpecularGlossiness(const Value& extension) {
   to_.metallic = 0;
   to_.metallic_map = {};
   to_.mirror = metal && LargestOf(specular) > 0 && 1 - glossiness <= kMirrorRoughness;
+  to_.specular = to_.mirror ? specular : Rgb(0.0);
   to_.glossy = !to_.mirror && LargestOf(specular) > 0;
   return {};
 }
@@ -233,6 +235,7 @@ Status MaterialReader::ReadTransparency() {
     to_.glass = to_.glass || share > 0;
   }
   if (to_.glass) to_.mirror = to_.glossy = false;
+  if (to_.glass) to_.specular = Rgb(0.0);
   return {};
 }
 

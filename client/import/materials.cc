@@ -33,6 +33,9 @@ class MaterialMaker {
   };
 
   void NoteEffects(const FileMaterial& from);
+  // What a mirror reflects as such, grey; lowers it and what it reflects diffusely where together
+  // they are more than what arrives.
+  double Specular(const FileMaterial& from, double metallic, Rgb* diffuse);
   // Each is decoded once; nothing where an image is missing or unreadable.
   const LinearImage* Image(const FileMap& map, Encoding encoding);
   // A factor times a map, no texel above `most`. `even`: the mean counts in any case, and `kind`
@@ -53,7 +56,7 @@ class MaterialMaker {
 void MaterialMaker::NoteEffects(const FileMaterial& from) {
   const auto where = [&] { return from.where; };
   if (from.opacity_map) log_.Add(Repair::kOpacityMap, where);
-  if (from.mirror) log_.Add(Repair::kMirror, where);
+  if (from.mirror && Sum(from.specular) == 0) log_.Add(Repair::kMirror, where);
   if (from.glossy) log_.Add(Repair::kGlossy, where);
   if (from.glass) log_.Add(Repair::kGlass, where);
   if (from.unlit) log_.Add(Repair::kUnlit, where);
@@ -125,12 +128,32 @@ MaterialMaker::Varied MaterialMaker::Vary(const FileMap& map, const Rgb& factor,
   return varied;
 }
 
+double MaterialMaker::Specular(const FileMaterial& from, double metallic, Rgb* diffuse) {
+  const auto where = [&] { return from.where; };
+  Rgb colour = metallic * from.specular;
+  if (from.metallic > 0 && !from.diffuse_map.name.empty() && Sum(colour) > 0) {
+    const LinearImage* image = Image(from.diffuse_map, Encoding::kSrgb);
+    if (image != nullptr) colour *= image->Mean();
+  }
+  const bool grey = colour.x == colour.y && colour.y == colour.z;
+  double specular = grey ? colour.x : Sum(colour) / 3;
+  if (!grey) log_.Add(Repair::kMirrorColour, where);
+  const double largest = std::max({diffuse->x, diffuse->y, diffuse->z});
+  if (specular == 0 || specular + largest <= (largest > 0 ? kLargestReflectance : 1.0)) {
+    return specular;
+  }
+  log_.Add(Repair::kMirrorShare, where);
+  const double scale = (largest > 0 ? kLargestReflectance : 1.0) / (specular + largest);
+  *diffuse *= scale;
+  return specular * scale;
+}
+
 Material MaterialMaker::Make(const FileMaterial& from) {
   const auto where = [&] { return from.where; };
   NoteEffects(from);
   Rgb diffuse = from.diffuse;
+  double metallic = from.metallic;
   if (from.metallic > 0) {
-    double metallic = from.metallic;
     if (!from.metallic_map.name.empty()) {
       const LinearImage* image = Image(from.metallic_map, Encoding::kLinear);
       log_.Add(image != nullptr ? Repair::kMap : Repair::kNoMap, where);
@@ -138,6 +161,8 @@ Material MaterialMaker::Make(const FileMaterial& from) {
     }
     diffuse *= 1 - metallic;
   }
+  const double specular = Specular(from, from.metallic > 0 ? metallic : 1, &diffuse);
+  const double most = kLargestReflectance * (1 - specular);
   bool lowered = false;
   for (int c = 0; c < 3; ++c) {
     if (diffuse[c] < 1 || !from.diffuse_map.name.empty()) continue;
@@ -145,7 +170,7 @@ Material MaterialMaker::Make(const FileMaterial& from) {
     lowered = true;
   }
   const bool no_coordinates = file_.coordinates.empty();
-  const Varied reflectance = Vary(from.diffuse_map, diffuse, kLargestReflectance, no_coordinates,
+  const Varied reflectance = Vary(from.diffuse_map, diffuse, most, no_coordinates,
                                   Repair::kMap, from.where);
   const Varied exitance = Vary(from.emission_map, std::numbers::pi * from.radiance,
                                std::numeric_limits<double>::infinity(),
@@ -153,13 +178,14 @@ Material MaterialMaker::Make(const FileMaterial& from) {
                                Repair::kEmissionMap, from.where);
   Material material;
   material.name = from.name;
+  material.specular = specular;
   material.reflectance = reflectance.mean;
   material.reflectance_map = reflectance.use;
   material.exitance = exitance.mean;
   material.exitance_map = exitance.use;
   for (int c = 0; c < 3; ++c) {  // of a map that could not be read
-    if (material.reflectance[c] < 1) continue;
-    material.reflectance[c] = kLargestReflectance;
+    if (material.reflectance[c] < 1 - specular || material.reflectance[c] == 0) continue;
+    material.reflectance[c] = most;
     lowered = true;
   }
   if (lowered) log_.Add(Repair::kReflectance, where);

@@ -20,7 +20,7 @@ constexpr size_t kMostMaterials = 65'536;
 // lines.
 struct ScannedMaterial {
   uint32_t line = 0;
-  std::optional<Rgb> kd, ke;
+  std::optional<Rgb> kd, ke, ks;
 };
 
 Result<Rgb> ParseColour(const std::vector<std::string_view>& words, const std::string& where) {
@@ -60,14 +60,15 @@ Result<std::vector<ScannedMaterial>> Scan(CleanText& file) {
         return Error(StatusCode::kResourceExhausted, "{}: more than {} materials", where(),
                      kMostMaterials);
       }
-      materials.push_back({file.LineBefore(end), {}, {}});
-    } else if (words[0] == "Kd" || words[0] == "Ke") {
+      materials.push_back({file.LineBefore(end), {}, {}, {}});
+    } else if (words[0] == "Kd" || words[0] == "Ke" || words[0] == "Ks") {
       if (materials.empty()) {
         return Error(StatusCode::kInvalidArgument, "{}: {} before the first newmtl", where(),
                      words[0]);
       }
       ASSIGN_OR_RETURN(const Rgb colour, ParseColour(words, where()));
-      (words[0] == "Kd" ? materials.back().kd : materials.back().ke) = colour;
+      ScannedMaterial& material = materials.back();
+      (words[0] == "Kd" ? material.kd : words[0] == "Ke" ? material.ke : material.ks) = colour;
     }
   }
   return materials;
@@ -125,6 +126,7 @@ Result<std::vector<FileMaterial>> ParseMtl(std::string bytes, const std::string&
     material.opacity_map = !from.alpha_texname.empty();
     material.glass = IsGlass(from);
     material.mirror = !material.glass && (from.illum == 3 || from.illum == 5 || from.illum == 8);
+    if (material.mirror) material.specular = scanned[i].ks.value_or(Rgb(0.0));
     material.glossy = !material.glass && !material.mirror && Largest(from.specular) > 0;
     materials.push_back(std::move(material));
   }

@@ -73,6 +73,10 @@ RepairText Describe(Repair kind) {
       return {"opacity maps ignored", false};
     case Repair::kMirror:
       return {"mirror materials taken as diffuse", false};
+    case Repair::kMirrorColour:
+      return {"coloured mirrors taken as grey: the mean of their channels", false};
+    case Repair::kMirrorShare:
+      return {"mirrors that reflect more than arrives: Ks and Kd lowered in proportion", true};
     case Repair::kGlossy:
       return {"glossy materials taken as diffuse", false};
     case Repair::kGlass:

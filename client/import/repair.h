@@ -39,6 +39,8 @@ enum class Repair {
   kEmissionMap,
   kOpacityMap,
   kMirror,
+  kMirrorColour,
+  kMirrorShare,
   kGlossy,
   kGlass,
   kUnlit,

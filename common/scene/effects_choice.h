@@ -17,8 +17,8 @@
 namespace isolux {
 
 // The effects that can be switched, in the order of the table.
-inline constexpr std::array<std::string_view, 7> kSwitchableEffects = {
-    "colour", "occlusion", "interreflection", "closure", "lights", "sun", "sky"};
+inline constexpr std::array<std::string_view, 8> kSwitchableEffects = {
+    "colour", "occlusion", "interreflection", "closure", "mirrors", "lights", "sun", "sky"};
 
 struct EffectsChoice {
   enum class Base { kAuto, kAll, kNone };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/scene/specular.h"
 #include "common/util/bytes.h"
 
 namespace isolux {
@@ -118,6 +119,10 @@ Status CheckMaterial(const Material& material, size_t number) {
     if (!(material.exitance[c] >= 0 && material.exitance[c] <= kLargestExitance)) {
       return fail("exitance negative, too large or not a number", material.exitance,
                   "give Ke as radiance in W/(m² sr), 0 or more");
+    }
+    if (!(material.specular >= 0 && material.reflectance[c] + material.specular <= 1 + 1e-9)) {
+      return fail("a mirror that reflects more than it receives", material.reflectance,
+                  "lower Ks, or Kd, to 1 together");
     }
   }
   return {};
@@ -391,6 +396,7 @@ std::string Encode(const Scene& scene) {
     out.Put(kSkyMagic);
     Put(out, scene.sky);
   }
+  PutMirrors(out, scene);
   return out.Take();
 }
 
@@ -430,13 +436,15 @@ Result<Scene> Decode(const std::string& bytes, const SceneLimits& limits) {
     material.reflectance = GetVec3(in);
     material.exitance = GetVec3(in);
   }
-  // Neither is a number of textures that a scene may have.
+  // None is a number of textures that a scene may have.
   const auto follows = [&in](uint64_t magic) { return ByteReader(in).Get<uint64_t>() == magic; };
-  if (in.ok() && in.left() > 0 && !follows(kLightsMagic) && !follows(kSkyMagic)) {
+  if (in.ok() && in.left() > 0 && !follows(kLightsMagic) && !follows(kSkyMagic) &&
+      !follows(kMirrorsMagic)) {
     RETURN_IF_ERROR(GetMaps(in, limits, &scene));
   }
   if (in.ok() && follows(kLightsMagic)) RETURN_IF_ERROR(GetLights(in, limits, &scene));
   if (in.ok() && follows(kSkyMagic)) RETURN_IF_ERROR(TakeSky(in, &scene));
+  if (in.ok() && follows(kMirrorsMagic)) RETURN_IF_ERROR(TakeMirrors(in, &scene));
   if (!in.ok() || in.left() > 0) {
     return Error(StatusCode::kDataLoss, "scene: its end is {}", in.ok() ? "too late" : "missing");
   }

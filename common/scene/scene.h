@@ -26,6 +26,7 @@ struct Material {
   std::string name;
   Rgb reflectance{0.0};  // diffuse, linear, in [0, 1)
   Rgb exitance{0.0};     // self-emitted, W/m² = π times the radiance of the file
+  double specular = 0;   // share that is reflected as by a mirror; with the reflectance at most 1
   // How these vary over polygons that have texture coordinates; without, they are the means.
   TextureUse reflectance_map{}, exitance_map{};
 };

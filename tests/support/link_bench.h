@@ -37,7 +37,7 @@ struct LinkBench {
         rays(hierarchy),
         tree(hierarchy) {
     const Scout scout =
-        scouted ? ScoutEscapes(hierarchy, rays, 0.02, 1, pool) : ClosedWithoutLooking(hierarchy);
+        scouted ? ScoutEscapes(hierarchy, rays, Mirrors(), 0.02, 1, pool) : ClosedWithoutLooking(hierarchy);
     const Snapshot start = AmbientSnapshot(hierarchy, scout, {});
     tree.SetComponents(scout.component);
     double emitted = 0;

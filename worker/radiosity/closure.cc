@@ -65,6 +65,9 @@ class Closer {
   Status MakeRows() {
     RETURN_IF_ERROR(product_.SetInheritance(leaves_.inheritance));
     for (size_t i = 0; i < leaves_.size(); ++i) radiosity_[i] = Single{leaves_.closure[i]};
+    for (size_t i = 0; i < leaves_.specular.size(); ++i) {
+      radiosity_[i] = radiosity_[i] * (1 - leaves_.specular[i]);
+    }
     ++products_;
     return product_.Irradiance(radiosity_, Single{kMost}, row_, LinkScope::kAll, inherited_);
   }

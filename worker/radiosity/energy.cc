@@ -15,6 +15,11 @@ Status AddEnergy(const LeafSystem& leaves, std::span<const Lanes> irradiance,
       energy.sums[c].Add(leaves.area_m2[i] * e);
       if (!leaves.given.empty()) energy.sums[c].Add(leaves.area_m2[i] * leaves.given[i][c]);
       energy.sums[3 + c].Add(leaves.area_m2[i] * (1 - rho) * h);
+      if (!leaves.specular.empty()) {
+        // Of what lights send straight onto a mirror nothing is reflected.
+        const double given = leaves.given.empty() ? 0.0 : leaves.given[i][c];
+        energy.sums[3 + c].Add(-leaves.area_m2[i] * leaves.specular[i] * (h - given));
+      }
       energy.sums[6 + c].Add(leaves.area_m2[i] * escape[i] * (e + rho * h));
     }
   }

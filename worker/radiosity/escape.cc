@@ -5,6 +5,7 @@
 
 #include "common/util/disjoint_sets.h"
 #include "common/util/random.h"
+#include "worker/radiosity/folded_path.h"
 #include "worker/radiosity/polygon_sampler.h"
 
 namespace isolux {
@@ -42,21 +43,22 @@ uint8_t SideFlag(Side side) {
   return side == Side::kFront ? kFrontTakesPart | kFrontEmits : kBackTakesPart | kBackEmits;
 }
 
-bool TakesPart(const Scene& scene, const RayHit& hit) {
-  return hit.polygon != RayHit::kNothing &&
-         (scene.polygons[hit.polygon].sides & SideFlag(hit.side)) != 0;
-}
-
 struct Scouted {
   uint32_t rays = 0;
   uint32_t escaped = 0;
+  double lost = 0;            // of the rays' light, mirrors followed
   std::vector<uint32_t> met;  // surfaces
 };
 
 }  // namespace
 
-Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, double accuracy, uint64_t seed,
-                   ThreadPool& pool) {
+bool TakesPart(const Scene& scene, const RayHit& hit) {
+  return hit.polygon != RayHit::kNothing &&
+         (scene.polygons[hit.polygon].sides & SideFlag(hit.side)) != 0;
+}
+
+Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, const Mirrors& mirrors,
+                   double accuracy, uint64_t seed, ThreadPool& pool) {
   const Scene& scene = hierarchy.scene();
   const auto surfaces = hierarchy.surfaces();
   const double total_area = hierarchy.clusters()[0].area_m2;
@@ -77,8 +79,11 @@ Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, double accu
       for (int k = 0; k < packets; ++k) {
         const auto escapes = CosineRays(DrawnIn(hierarchy.geometry(s), rays.coordinate_noise_m()),
                                         surfaces[s].polygon, random);
-        for (const RayHit& hit : rays.Trace(escapes, RayScene::kPacket)) {
+        const auto hits = rays.Trace(escapes, RayScene::kPacket);
+        for (int i = 0; i < RayScene::kPacket; ++i) {
+          const RayHit& hit = hits[i];
           ++scouted[s].rays;
+          scouted[s].lost += EscapedShare(rays, mirrors, escapes[i], hit, hierarchy);
           if (TakesPart(scene, hit)) {
             scouted[s].met.push_back(surface_of[hit.polygon][static_cast<int>(hit.side)]);
           } else {
@@ -112,7 +117,7 @@ Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, double accu
     const Pool& p = pools[scout.component[s]];
     const double absorbed = std::max(1e-6, 1 - p.reflecting / p.area);
     scout.rays[s] = scouted[s].rays;
-    scout.escape[s] = static_cast<float>(scouted[s].escaped) / static_cast<float>(scouted[s].rays);
+    scout.escape[s] = static_cast<float>(scouted[s].lost) / static_cast<float>(scouted[s].rays);
     scout.closed[s] =
         p.escaped == 0 && static_cast<double>(p.rays) * accuracy * absorbed >= kClosedRays;
   }
@@ -124,15 +129,17 @@ int EscapeRaysOf(double share_of_emitted_power) {
   return RayScene::kPacket * std::max(kEscapeRays / RayScene::kPacket, static_cast<int>(packets));
 }
 
-double EscapeShare(const Hierarchy& hierarchy, const RayScene& rays, const NodeId& id,
-                   const ConvexPolygon& polygon, double prior, int ray_count, uint64_t seed) {
+double EscapeShare(const Hierarchy& hierarchy, const RayScene& rays, const Mirrors& mirrors,
+                   const NodeId& id, const ConvexPolygon& polygon, double prior, int ray_count,
+                   uint64_t seed) {
   Random random(Hash(seed, 0xe5c0u, Hash(id.surface, id.path)));
-  int escaped = 0;
+  double escaped = 0;
   for (int k = 0; k < ray_count / RayScene::kPacket; ++k) {
     const auto escapes = CosineRays(DrawnIn(polygon, rays.coordinate_noise_m()),
                                     hierarchy.surfaces()[id.surface].polygon, random);
-    for (const RayHit& hit : rays.Trace(escapes, RayScene::kPacket)) {
-      if (!TakesPart(hierarchy.scene(), hit)) ++escaped;
+    const auto hits = rays.Trace(escapes, RayScene::kPacket);
+    for (int i = 0; i < RayScene::kPacket; ++i) {
+      escaped += EscapedShare(rays, mirrors, escapes[i], hits[i], hierarchy);
     }
   }
   return (escaped + kPriorRays * prior) / (ray_count + kPriorRays);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/hierarchy/hierarchy.h"
+#include "common/hierarchy/mirrors.h"
 #include "common/util/parallel.h"
 #include "worker/radiosity/ray_scene.h"
 
@@ -20,9 +21,13 @@ struct Scout {
   std::vector<uint32_t> component;  // the lowest surface of the surface's component
 };
 
-// Surfaces that see each other along a ray are one component.
-Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, double accuracy, uint64_t seed,
-                   ThreadPool& pool);
+// Whether what a ray meets is a side that takes part.
+bool TakesPart(const Scene& scene, const RayHit& hit);
+
+// Surfaces that see each other along a ray are one component. Shares of light that mirrors reflect
+// are followed.
+Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, const Mirrors& mirrors,
+                   double accuracy, uint64_t seed, ThreadPool& pool);
 
 // Rays that tell what share of an element's light escapes: at least kEscapeRays, and more where
 // much of the scene's power comes from, since what a lamp loses all else lacks.
@@ -31,8 +36,9 @@ int EscapeRaysOf(double share_of_emitted_power);
 
 // Share of the light of an element that escapes: of so many seeded cosine-distributed rays, drawn
 // towards the share of the element it is part of as by kPriorRays more.
-double EscapeShare(const Hierarchy& hierarchy, const RayScene& rays, const NodeId& id,
-                   const ConvexPolygon& polygon, double prior, int ray_count, uint64_t seed);
+double EscapeShare(const Hierarchy& hierarchy, const RayScene& rays, const Mirrors& mirrors,
+                   const NodeId& id, const ConvexPolygon& polygon, double prior, int ray_count,
+                   uint64_t seed);
 // Standard deviation of a share that so many rays tell, those of the prior among them.
 double EscapeDeviation(double share, double ray_count);
 

@@ -172,7 +172,7 @@ Result<GatherPart> Gatherer::AtCorners(std::span<const NodeId> elements,
   constexpr size_t kLeavesTogether = 32;
   pool.For(runs.size(), kLeavesTogether, [&](size_t begin, size_t end, int) {
     Descent descent(impl_->tree, impl_->sources, options, scale);
-    PointGather gather(impl_->rays, impl_->sources);
+    PointGather gather(impl_->rays, impl_->sources, impl_->tree.mirrors());
     for (size_t r = begin; r < end; ++r) {
       const std::vector<GatherPlace> places =
           impl_->PlacesOf(runs[r], elements, corners, part.sums.data());

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "common/hierarchy/mirrors.h"
 #include "worker/coupling/clip.h"
 #include "worker/coupling/float_lanes.h"
 #include "worker/coupling/lanes.h"
@@ -58,6 +59,7 @@ struct RayTarget {
   // The element, of a source that is partly hidden and varies: rays look up the leaf they meet.
   // kNoNode for others.
   uint32_t varying = 0xffffffffu;
+  const MirrorImage* image = nullptr;  // the polygon is of that; null: seen straight
 };
 
 // What the links of one node of the tree bring to points below it.

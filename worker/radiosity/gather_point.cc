@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/util/random.h"
+#include "worker/radiosity/folded_path.h"
 #include "worker/radiosity/matvec.h"
 #include "worker/radiosity/polygon_sampler.h"
 
@@ -107,6 +108,7 @@ void PointGather::Aim(const GatherPlace& place, uint32_t l) {
       if (!(weight[i] > 0)) continue;
       for (int c = 0; c < 3; ++c) packet_.to[c][count_] = to[c][i];
       packet_.to_polygon[count_] = target.surface_polygon;
+      if (target.image != nullptr) mirrored_ |= 1U << count_;
       picks_[count_++] = {l, weight[i]};
       if (count_ == RayScene::kPacket) Trace();
     }
@@ -126,10 +128,28 @@ FloatLanes PointGather::Kernel(const GatherPlace& place, const FloatPoints& to,
   return Maximum(here / distance2, FloatLanes{}) * Maximum(there / distance2, FloatLanes{});
 }
 
+// The rays of the packet that arrive, those to one image together.
+uint32_t PointGather::Visible() const {
+  if (mirrored_ == 0) return rays_.Visible(packet_);
+  RayPacket part = packet_;
+  part.valid = packet_.valid & ~mirrored_;
+  uint32_t visible = part.valid != 0 ? rays_.Visible(part) : 0;
+  const auto image_of = [&](int i) { return looks_[picks_[i].look].target->image; };
+  for (uint32_t left = mirrored_; left != 0; left &= ~part.valid) {
+    const MirrorImage* image = image_of(std::countr_zero(left));
+    part.valid = 0;
+    for (int i = 0; i < count_; ++i) {
+      if ((left >> i & 1) != 0 && image_of(i) == image) part.valid |= 1U << i;
+    }
+    visible |= VisibleThrough(rays_, *mirrors_, *image, part, true);
+  }
+  return visible;
+}
+
 void PointGather::Trace() {
   if (count_ == 0) return;
   packet_.valid = (1U << count_) - 1;
-  const uint32_t visible = rays_.Visible(packet_);
+  const uint32_t visible = Visible();
   traced_ += static_cast<uint64_t>(count_);
   for (int i = 0; i < count_; ++i) {
     Look& look = looks_[picks_[i].look];
@@ -137,12 +157,14 @@ void PointGather::Trace() {
     if ((visible >> i & 1) == 0) continue;
     double relative = 1;
     if (look.target->varying != kNoNode) {
-      const Vec3 to(packet_.to[0][i], packet_.to[1][i], packet_.to[2][i]);
+      Vec3 to(packet_.to[0][i], packet_.to[1][i], packet_.to[2][i]);
+      if (look.target->image != nullptr) to = look.target->image->back.Point(to);
       relative = sources_.RelativeRadiosityAt(look.target->varying, to);
     }
     look.passed += picks_[i].weight * relative;
   }
   count_ = 0;
+  mirrored_ = 0;
 }
 
 // Puts what rays saw in the place of the links' visibility. Where one source in so many gets a ray

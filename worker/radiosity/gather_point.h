@@ -22,7 +22,9 @@ struct GatherPlace {
 
 class PointGather {
  public:
-  PointGather(const RayScene& rays, const SourceFinder& sources) : rays_(rays), sources_(sources) {}
+  // mirrors: null where there are none.
+  PointGather(const RayScene& rays, const SourceFinder& sources, const Mirrors* mirrors)
+      : rays_(rays), sources_(sources), mirrors_(mirrors) {}
 
   // The surface that the next places lie on.
   void SetSurface(const Vec3& normal, uint32_t polygon) {
@@ -58,17 +60,20 @@ class PointGather {
                  UInt32Lanes place_seed);
   void Aim(const GatherPlace& place, uint32_t look);
   FloatLanes Kernel(const GatherPlace& place, const FloatPoints& to, const Vec3& normal) const;
+  uint32_t Visible() const;
   void Trace();
   void Correct(const GatherPlace& place) const;
 
   const RayScene& rays_;
   const SourceFinder& sources_;
+  const Mirrors* mirrors_;
   Vec3 normal_{0.0};
   uint32_t own_polygon_ = 0;
   std::vector<Look> looks_;
   RayPacket packet_;
   std::array<Pick, RayScene::kPacket> picks_;
   int count_ = 0;
+  uint32_t mirrored_ = 0;  // of the packet, by bits: those by way of mirrors
   uint64_t traced_ = 0;
 };
 

@@ -107,14 +107,14 @@ void SourceFinder::ListEnds(const Placement& placement, const LinkSet& links) {
   first_.assign(tree_.size() + 1, 0);
   for (const Link* link : mine) {
     ++first_[link->p + 1];
-    ++first_[link->q + 1];
+    if (link->p != link->q) ++first_[link->q + 1];
   }
   for (size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
   ends_.resize(2 * mine.size());
   std::vector<uint64_t> next(first_.begin(), first_.end() - 1);
   for (const Link* link : mine) {
     ends_[next[link->p]++] = {link, false};
-    ends_[next[link->q]++] = {link, true};
+    if (link->p != link->q) ends_[next[link->q]++] = {link, true};
   }
 }
 
@@ -162,24 +162,37 @@ double SourceFinder::RelativeRadiosityAt(uint32_t node, const Vec3& point) const
 }
 
 // Of an element, from the middle of the receiver.
-double SourceFinder::FactorAtCentre(const Filling& filling, uint32_t other) const {
-  const Vec3 d = tree_.centre(other) - filling.centre;
+double SourceFinder::FactorAtCentre(const Filling& filling, uint32_t other,
+                                    const MirrorImage* image) const {
+  const Vec3 centre = tree_.centre(other), towards = tree_.normal(other);
+  const Vec3 d = (image == nullptr ? centre : image->image.Point(centre)) - filling.centre;
+  const Vec3 normal = image == nullptr ? towards : image->image.Direction(towards);
   const double d2 = glm::dot(d, d);
   if (!(d2 > 0)) return 0;
   const double cosines =
-      std::max(0.0, glm::dot(filling.normal, d)) * std::max(0.0, -glm::dot(tree_.normal(other), d));
+      std::max(0.0, glm::dot(filling.normal, d)) * std::max(0.0, -glm::dot(normal, d));
   return std::min(1.0, cosines * tree_.area_m2(other) / (std::numbers::pi * d2 * d2));
+}
+
+// Of the link's other end, what is seen from this one.
+const MirrorImage* SourceFinder::ImageAt(const End& end) const {
+  if (!end.link->through_mirrors()) return nullptr;
+  const MirrorImage& of_q = tree_.mirrors()->images()[end.link->image()];
+  return end.at_q ? &tree_.mirrors()->images()[of_q.reverse] : &of_q;
 }
 
 void SourceFinder::AddClusterEnd(const Filling& filling, const End& end) const {
   const Link& link = *end.link;
   const uint32_t other = end.other();
-  const Slots::Ends slots = slots_.Of(tree_, link.p, link.q);
+  const Slots::Ends slots = slots_.Of(tree_, link);
   const uint32_t slot = end.at_q ? slots.p : slots.q;
-  const Vec3& centre = tree_.centre(other);
+  const MirrorImage* image = ImageAt(end);
+  const Vec3 centre =
+      image == nullptr ? tree_.centre(other) : image->image.Point(tree_.centre(other));
   if (glm::dot(filling.normal, centre - filling.centre) <= 0) return;
   filling.block.AddCluster(centre, tree_.facing().area_m2(other, slots_.DirectionOf(slot)),
-                           link.visibility(), filling.scale * radiosity_[slot]);
+                           link.visibility() * (image == nullptr ? 1.0 : image->share),
+                           filling.scale * radiosity_[slot]);
 }
 
 void SourceFinder::AddEnd(const Filling& filling, uint32_t node, const End& end) const {
@@ -187,8 +200,11 @@ void SourceFinder::AddEnd(const Filling& filling, uint32_t node, const End& end)
   const uint32_t other = end.other();
   if (tree_.is_cluster(other)) return AddClusterEnd(filling, end);
   const double visibility = link.visibility();
-  const double mean_factor = tree_.is_cluster(node) ? FactorAtCentre(filling, other)
-                                                    : link.unoccluded_m2 / tree_.area_m2(node);
+  const MirrorImage* image = ImageAt(end);
+  const double mean_factor =
+      tree_.is_cluster(node)
+          ? FactorAtCentre(filling, other, image) * (image == nullptr ? 1.0 : image->share)
+          : end.share() * link.unoccluded_m2 / tree_.area_m2(node);
   const double seen = std::max(visibility, kHiddenShare) * mean_factor;
   if (seen * tree_.values(other).radiosity < filling.options.even_share * filling.arriving) {
     filling.block.AddEven(mean_factor * visibility * filling.scale *
@@ -197,9 +213,9 @@ void SourceFinder::AddEnd(const Filling& filling, uint32_t node, const End& end)
   }
   const NodeId& a = tree_.node(link.p).id;
   const NodeId& b = tree_.node(link.q).id;
-  const uint64_t seed =
-      Hash(filling.options.seed, Hash(a.surface, a.path), Hash(b.surface, b.path));
-  Open(filling, {other, seen, 0, visibility, link.doubt(), seed});
+  uint64_t seed = Hash(filling.options.seed, Hash(a.surface, a.path), Hash(b.surface, b.path));
+  if (image != nullptr) seed = Hash(seed, link.image());
+  Open(filling, {other, seen, 0, visibility, link.doubt(), seed, image});
 }
 
 // Adds the source, or its children where it brings much and varies.
@@ -219,8 +235,11 @@ void SourceFinder::Open(const Filling& filling, const Part& part) const {
     }
     return;
   }
-  const ClippedPolygon polygon = ClipToFront(tree_.polygon(part.node), filling.centre,
-                                             filling.normal, 1e-12 * tree_.hierarchy().extent_m());
+  const MirrorImage* image = part.image;
+  const ConvexPolygon& whole = tree_.polygon(part.node);
+  const ClippedPolygon polygon =
+      ClipToFront(image == nullptr ? whole : image->image.Of(whole), filling.centre,
+                  filling.normal, 1e-12 * tree_.hierarchy().extent_m());
   if (polygon.count == 0) return;
   const bool varies = child != kNoNode && part.doubt > kVaryingDoubt &&
                       values.spread > kVaryingSpread * values.radiosity &&
@@ -235,6 +254,12 @@ void SourceFinder::Open(const Filling& filling, const Part& part) const {
   target.polygon.count = std::min(polygon.count, 4);
   std::copy_n(polygon.v.begin(), target.polygon.count, target.polygon.v.begin());
   target.normal = tree_.normal(part.node);
+  if (image != nullptr) {
+    target.image = image;
+    target.normal = image->image.Direction(target.normal);
+    strength.radiosity = image->share * strength.radiosity;
+    strength.rays *= image->share;
+  }
   target.surface_polygon = tree_.surface_of(part.node).polygon;
   target.seed = strength.seed;
   if (varies) target.varying = part.node;

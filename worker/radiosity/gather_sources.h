@@ -39,6 +39,8 @@ class SourceFinder {
     const Link* link;
     bool at_q;
     uint32_t other() const { return at_q ? link->p : link->q; }
+    // A node sees its own image once, over a link that stands for half of it.
+    double share() const { return link->p == link->q ? 2 : 1; }
   };
   // What stays the same while a block is filled.
   struct Filling {
@@ -56,6 +58,7 @@ class SourceFinder {
     int level;      // below the link's end
     double visibility, doubt;
     uint64_t seed;
+    const MirrorImage* image;  // that is seen of it; null: itself
   };
 
   void PullRadiosity(const Snapshot& snapshot);
@@ -64,7 +67,8 @@ class SourceFinder {
   void AddEnd(const Filling& filling, uint32_t node, const End& end) const;
   void AddClusterEnd(const Filling& filling, const End& end) const;
   void Open(const Filling& filling, const Part& part) const;
-  double FactorAtCentre(const Filling& filling, uint32_t other) const;
+  double FactorAtCentre(const Filling& filling, uint32_t other, const MirrorImage* image) const;
+  const MirrorImage* ImageAt(const End& end) const;
 
   const Tree& tree_;
   const Snapshot& snapshot_;

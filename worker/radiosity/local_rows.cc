@@ -73,7 +73,7 @@ LocalRowsOf<V>::LocalRowsOf(const Tree& tree, const ActiveNodes& active,
   const Slots slots(tree);
   const auto for_couplings = [&](const auto& body) {
     for (const Link& link : links) {
-      const Slots::Ends ends = slots.Of(tree, link.p, link.q);
+      const Slots::Ends ends = slots.Of(tree, link);
       const std::vector<Share> at_q = SharesOf(tree, slots, ends.q);
       for (const Share& p : SharesOf(tree, slots, ends.p)) {
         for (const Share& q : at_q) {

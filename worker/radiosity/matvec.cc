@@ -47,7 +47,7 @@ Product::Product(const Tree& tree, const Placement& placement, LinkSet& links,
   pool.For(ends_.size(), 8192, [&](size_t begin, size_t end, int) {
     for (size_t i = begin; i < end; ++i) {
       const Link& link = LinkAt(i);
-      ends_[i] = slots_.Of(tree, link.p, link.q);
+      ends_[i] = slots_.Of(tree, link);
     }
   });
   leaf_of_.assign(count, kNoNode);

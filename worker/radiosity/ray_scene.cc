@@ -221,6 +221,7 @@ std::array<RayHit, RayScene::kPacket> RayScene::Trace(const std::array<Escape, k
   for (int i = 0; i < count; ++i) {
     if (rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
     hits[i].polygon = impl_->polygon_of[rays.hit.primID[i]];
+    hits[i].distance = rays.ray.tfar[i];
     const Vec3 normal =
         SideGeometry(impl_->hierarchy->scene(), hits[i].polygon, Side::kFront).AreaVector();
     hits[i].side = glm::dot(normal, escapes[i].direction) < 0 ? Side::kFront : Side::kBack;

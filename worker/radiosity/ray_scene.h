@@ -39,6 +39,7 @@ struct RayHit {
   static constexpr uint32_t kNothing = 0xffffffffu;
   uint32_t polygon = kNothing;
   Side side = Side::kFront;  // that is met
+  double distance = 0;       // in lengths of the ray's direction
 };
 
 class RayScene {

@@ -6,14 +6,13 @@
 
 #include "worker/coupling/coupling.h"
 #include "worker/coupling/variation.h"
+#include "worker/radiosity/cluster_pair.h"
+#include "worker/radiosity/evaluate_through.h"
 
 namespace isolux {
 namespace {
 
-// What a coupling may err by: a share of the threshold, so small that its error splits hardly any
-// link, within two shares of the smaller end's area. Measured: with 3 % of the threshold there are
-// 0.5 % more links than with exact couplings, with 1e-2 of the area alone 70 % more.
-constexpr double kCouplingShare = 0.03;
+// What a coupling may err by lies within two shares of the smaller end's area (kCouplingShare).
 constexpr double kFinestCoupling = 1e-6;
 constexpr double kCoarsestCoupling = 1e-2;
 // Weights of the oracle's terms, found by error at equal numbers of links: docs/design.md,
@@ -24,14 +23,15 @@ constexpr double kCovarianceWeight = 3.0;
 constexpr double kSpreadShare = 0.15;
 // Elements smaller than this share of the scene are at the resolution of ray casting in float.
 constexpr double kSmallestElement = 1e-6;
-// Deviation of visibility when all rays agree: nothing sampled can have less.
-constexpr double kSmallestDeviation = 0.3;
+
+constexpr uint32_t kDirect = 0xffffffff;
 
 // A pair still to be evaluated, with what is known of the one it was divided from.
 struct Pair {
   uint32_t p = 0, q = 0;
   bool visible = false;      // proved
   bool look = true;          // whether candidates are worth looking for
+  uint32_t image = kDirect;  // through mirrors: number of the image of q that p sees
   CandidateList candidates;  // of a pair that holds this one
 };
 
@@ -91,31 +91,6 @@ double ClusterCoupling(const Tree& tree, uint32_t p, uint32_t q) {
   return seen_p * seen_q / (std::numbers::pi * distance2 + std::max(seen_p, seen_q));
 }
 
-double SizeOf(const Tree& tree, uint32_t node) {
-  if (tree.is_cluster(node)) return tree.cluster(node).bounds.Diagonal();
-  const ConvexPolygon& polygon = tree.polygon(node);
-  const double one = glm::length(polygon.v[2] - polygon.v[0]);
-  return polygon.count == 3 ? std::max({one, glm::length(polygon.v[1] - polygon.v[0]),
-                                        glm::length(polygon.v[2] - polygon.v[1])})
-                            : std::max(one, glm::length(polygon.v[3] - polygon.v[1]));
-}
-
-// Of two nodes of which one is a cluster.
-Meeting MeetingOf(const Tree& tree, uint32_t p, uint32_t q) {
-  if (tree.is_cluster(p) && tree.is_cluster(q)) return tree.facing().OfClusters(p, q);
-  const auto [cluster, element] = tree.is_cluster(p) ? std::pair(p, q) : std::pair(q, p);
-  return tree.facing().OfClusterAndSurface(cluster, tree.node(element).id.surface);
-}
-
-// The end to divide where a link stands for a part of its ends only: the larger mixed cluster.
-LinkVerdict MixedEnd(const Tree& tree, uint32_t p, uint32_t q) {
-  const auto mixed = [&](uint32_t node) {
-    return tree.is_cluster(node) && tree.facing().IsMixed(node);
-  };
-  if (mixed(p) != mixed(q)) return mixed(p) ? LinkVerdict::kSplitP : LinkVerdict::kSplitQ;
-  return SizeOf(tree, p) >= SizeOf(tree, q) ? LinkVerdict::kSplitP : LinkVerdict::kSplitQ;
-}
-
 class Evaluator {
  public:
   Evaluator(double epsilon_w, const RefineScene& scene, const Tree& tree)
@@ -130,6 +105,11 @@ class Evaluator {
     link.p = pair.p;
     link.q = pair.q;
     Evaluation found;
+    if (pair.image != kDirect) {
+      found.verdict = EvaluateThrough(scene_, tree_, epsilon_w_, pair.image,
+                                      [this](const Link& l) { return Judge(l); }, link, &found.rays);
+      return found;
+    }
     if (tree_.is_cluster(pair.p) || tree_.is_cluster(pair.q)) {
       found.verdict = EvaluateCluster(link, found);
       return found;
@@ -146,7 +126,9 @@ class Evaluator {
   Evaluation Divide(const Link& link, LinkVerdict verdict) const {
     Evaluation found;
     found.verdict = verdict;
-    if (tree_.is_cluster(link.p) || tree_.is_cluster(link.q)) return found;
+    if (link.through_mirrors() || tree_.is_cluster(link.p) || tree_.is_cluster(link.q)) {
+      return found;
+    }
     Pair pair;
     pair.p = link.p;
     pair.q = link.q;
@@ -273,7 +255,9 @@ class Wavefront {
 
   void Start() {
     if (links_.own.empty() && links_.crown.empty()) {
-      frontier_.push_back({0, 0, false, true, nullptr});
+      frontier_.push_back({0, 0, false, true, kDirect, nullptr});
+      const size_t images = tree_.mirrors() == nullptr ? 0 : tree_.mirrors()->images().size();
+      for (uint32_t i = 0; i < images; ++i) frontier_.push_back({0, 0, false, false, i, nullptr});
       return;
     }
     Rejudge(links_.own);
@@ -337,7 +321,8 @@ class Wavefront {
       if (found_[i].verdict == LinkVerdict::kKeep) {
         links[kept++] = links[i];
       } else {
-        Expand({links[i].p, links[i].q, false, true, nullptr}, found_[i]);
+        const uint32_t image = links[i].through_mirrors() ? links[i].image() : kDirect;
+        Expand({links[i].p, links[i].q, false, true, image, nullptr}, found_[i]);
       }
     }
     links.resize(kept);
@@ -352,6 +337,7 @@ class Wavefront {
       placement_.Extend(tree_);
     }
     Pair part;
+    part.image = first || pair.p == pair.q ? pair.image : ReverseOf(pair.image);
     part.visible = found.proof == Proof::kVisible;
     part.candidates = found.candidates;
     // Where there were too many candidates, half the shaft will not have few.
@@ -365,11 +351,17 @@ class Wavefront {
     });
   }
 
+  uint32_t ReverseOf(uint32_t image) const {
+    return image == kDirect ? image : tree_.mirrors()->images()[image].reverse;
+  }
+
   void Add(uint32_t a, uint32_t b, Pair pair) {
-    if (a == b && !tree_.is_cluster(a)) return;  // a plane does not see itself
+    // A plane does not see itself.
+    if (a == b && !tree_.is_cluster(a) && pair.image == kDirect) return;
     const bool ordered = tree_.node(a).id < tree_.node(b).id;
     pair.p = ordered ? a : b;
     pair.q = ordered ? b : a;
+    if (!ordered && a != b) pair.image = ReverseOf(pair.image);
     if (!placement_.IsCrownLink(a, b) && placement_.HomeOfLink(a, b) != placement_.self()) return;
     frontier_.push_back(std::move(pair));
   }
@@ -405,9 +397,9 @@ LinkError ErrorOf(const Tree& tree, const Link& link, const NodeValues& p, const
   }
   const double deviation = link.visibility_deviation();
   const double share =
-      link.visible_rays == Link::kProved
+      link.rays() == Link::kProved
           ? 1.0
-          : std::max(link.visibility(), (link.visible_rays + 1.0) / (Link::kRays + 2.0));
+          : std::max(link.visibility(), (link.rays() + 1.0) / (Link::kRays + 2.0));
   const double unoccluded = link.unoccluded_m2;
   const double flux_p = tree.area_m2(link.p) * link.variation_p * share;  // A ΔF V, m²
   const double flux_q = tree.area_m2(link.q) * link.variation_q * share;

@@ -28,6 +28,13 @@ namespace isolux {
 // What to do with a link.
 enum class LinkVerdict : uint8_t { kKeep, kDrop, kSplitP, kSplitQ };
 
+// What a coupling may err by: a share of the threshold, so small that its error splits hardly any
+// link. Measured: with 3 % of the threshold there are 0.5 % more links than with exact couplings,
+// with 1e-2 of the smaller area alone 70 % more.
+inline constexpr double kCouplingShare = 0.03;
+// Deviation of visibility when all rays agree: nothing sampled can have less.
+inline constexpr double kSmallestDeviation = 0.3;
+
 // The terms of a link's error that remain when irradiance is gathered point by point, and the
 // whole.
 struct LinkError {

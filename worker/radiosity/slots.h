@@ -36,6 +36,18 @@ class Slots {
             tree.is_cluster(q) ? OfCluster(q, direction ^ 1) : OfElement(q)};
   }
 
+  Ends Of(const Tree& tree, const Link& link) const {
+    if (!link.through_mirrors() || (!tree.is_cluster(link.p) && !tree.is_cluster(link.q))) {
+      return Of(tree, link.p, link.q);
+    }
+    const MirrorImage& image = tree.mirrors()->images()[link.image()];
+    const Vec3 d = image.image.Point(tree.centre(link.q)) - tree.centre(link.p);
+    const auto slot = [&](uint32_t node, const Vec3& towards) {
+      return tree.is_cluster(node) ? OfCluster(node, NearestDirection(towards)) : OfElement(node);
+    };
+    return {slot(link.p, d), slot(link.q, image.back.Direction(-d))};
+  }
+
   // A slot as a name that is the same in every process; a cluster's direction stands in the high
   // half of the path.
   NodeId IdOf(const Tree& tree, uint32_t slot) const {

@@ -57,7 +57,7 @@ std::vector<std::vector<NodeId>> ListWanted(const Tree& tree, const Placement& p
   ends.assign(tree.size(), 0);
   std::vector<uint8_t> needed(slots.count(tree), 0);  // of slots
   const auto need = [&](const Link& link) {
-    const Slots::Ends e = slots.Of(tree, link.p, link.q);
+    const Slots::Ends e = slots.Of(tree, link);
     needed[e.p] = needed[e.q] = 1;
   };
   for (const Link& link : links.own) {

@@ -25,6 +25,7 @@ struct LeafSystemOf {
   std::vector<V> given;             // irradiance that lights bring, W/m²; empty: there are none
   std::vector<double> closure;      // factor d of the symmetric closure D C D
   std::vector<double> inheritance;  // factor of what comes from the nodes above
+  std::vector<double> specular;     // share reflected as by a mirror; empty: there are no mirrors
 
   size_t size() const { return area_m2.size(); }
 };

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/hierarchy/hierarchy.h"
+#include "common/hierarchy/mirrors.h"
 #include "common/hierarchy/snapshot.h"
 #include "common/util/status.h"
 #include "worker/radiosity/cluster_facing.h"
@@ -61,6 +62,10 @@ class Tree {
     facing_ = ClusterFacing(*hierarchy_, component_of);
   }
 
+  // The images that nodes see each other by; null: no mirrors. To be set before there are links.
+  const Mirrors* mirrors() const { return mirrors_; }
+  void SetMirrors(const Mirrors* mirrors) { mirrors_ = mirrors; }
+
   uint32_t SurfaceIndex(uint32_t surface) const { return cluster_count_ + surface; }
   // Index of a node, or kNoNode where it does not exist.
   uint32_t Find(const NodeId& id) const;
@@ -93,6 +98,7 @@ class Tree {
   void PullValues(const Snapshot& snapshot);
 
   const Hierarchy* hierarchy_;
+  const Mirrors* mirrors_ = nullptr;
   uint32_t cluster_count_ = 0;
   std::vector<Vec3> normals_;  // of surfaces
   ClusterFacing facing_;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "common/util/random.h"
+#include "worker/radiosity/folded_path.h"
 
 namespace isolux {
 
@@ -91,7 +92,55 @@ FloatLanes Kernel(const EndPoints& x, const EndPoints& y) {
   return Select(distance2 > 0.0F, kernel, FloatLanes{});
 }
 
+// Of a packet, by the weights of its rays and the bits of those that pass.
+SampledVisibility ShareOf(const FloatLanes& weight, uint32_t traced, uint32_t visible) {
+  SampledVisibility result;
+  result.traced = std::popcount(traced);
+  double total = 0, passed = 0;
+  for (int i = 0; i < 8; ++i) {
+    if ((traced >> i & 1) != 0) total += weight[i];
+    if ((visible >> i & 1) != 0) passed += weight[i];
+  }
+  if (result.traced == 0) return result;
+  result.share = std::clamp(passed / total, 0.0, 1.0);
+  // Rays that were not traced say nothing: scale the count to eight.
+  result.visible = (std::popcount(visible) * RayScene::kPacket + result.traced / 2) / result.traced;
+  return result;
+}
+
+void MoveToImage(const Isometry& image, EndPoints& points) {
+  for (int i = 0; i < 8; ++i) {
+    const auto lane = [&](const FloatPoints& of) { return Vec3(of[0][i], of[1][i], of[2][i]); };
+    const Vec3 at = image.Point(lane(points.position));
+    const Vec3 n = image.Direction(lane(points.normal));
+    for (int c = 0; c < 3; ++c) {
+      points.position[c][i] = static_cast<float>(at[c]);
+      points.normal[c][i] = static_cast<float>(n[c]);
+    }
+  }
+}
+
 }  // namespace
+
+SampledVisibility SampleThrough(const Tree& tree, const NodeSampler& sampler, const RayScene& rays,
+                                uint32_t image, uint32_t p, uint32_t q, bool look, uint64_t seed) {
+  const NodeId& a = tree.node(p).id;
+  const NodeId& b = tree.node(q).id;
+  Random random(Hash(Hash(seed, image), Hash(a.surface, a.path), Hash(b.surface, b.path)));
+  std::array<FloatLanes, 6> u;
+  for (int d = 0; d < 6; ++d) u[d] = Stratified(d, random);
+  const double noise_m = rays.coordinate_noise_m();
+  const EndPoints x = PointsOf(tree, sampler, p, noise_m, u[0], u[1], u[4]);
+  EndPoints y = PointsOf(tree, sampler, q, noise_m, u[2], u[3], u[5]);
+  const MirrorImage& through = tree.mirrors()->images()[image];
+  MoveToImage(through.image, y);
+  const auto most = static_cast<float>(1.0 / std::min(tree.area_m2(p), tree.area_m2(q)));
+  const FloatLanes weight = Minimum(Kernel(x, y), SplatFloat(most));
+  const RayPacket packet{x.position, y.position, x.polygon, y.polygon,
+                         static_cast<uint32_t>(Bits(weight > 0.0F))};
+  return ShareOf(weight, packet.valid,
+                 VisibleThrough(rays, *tree.mirrors(), through, packet, look));
+}
 
 SampledVisibility SampleVisibility(const Tree& tree, const NodeSampler& sampler,
                                    const RayScene& rays, uint32_t p, uint32_t q, uint64_t seed) {
@@ -107,25 +156,12 @@ SampledVisibility SampleVisibility(const Tree& tree, const NodeSampler& sampler,
   const auto most = static_cast<float>(1.0 / std::min(tree.area_m2(p), tree.area_m2(q)));
   FloatLanes weight = Minimum(Kernel(x, y), SplatFloat(most));
   RayPacket packet{x.position, y.position, x.polygon, y.polygon, 0};
-  double total = 0;
   for (int i = 0; i < 8; ++i) {
     if (x.polygon[i] == y.polygon[i]) weight[i] = 0;
-    if (!(weight[i] > 0)) continue;
-    packet.valid |= 1U << i;
-    total += weight[i];
+    if (weight[i] > 0) packet.valid |= 1U << i;
   }
-  SampledVisibility result;
-  result.traced = std::popcount(packet.valid);
-  if (result.traced == 0) return result;
-  const uint32_t visible = rays.Visible(packet);
-  double passed = 0;
-  for (int i = 0; i < 8; ++i) {
-    if ((visible >> i & 1) != 0) passed += weight[i];
-  }
-  result.share = std::clamp(passed / total, 0.0, 1.0);
-  // Rays that were not traced say nothing: scale the count to eight.
-  result.visible = (std::popcount(visible) * RayScene::kPacket + result.traced / 2) / result.traced;
-  return result;
+  if (packet.valid == 0) return {};
+  return ShareOf(weight, packet.valid, rays.Visible(packet));
 }
 
 }  // namespace isolux

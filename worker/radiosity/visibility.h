@@ -31,4 +31,9 @@ class NodeSampler {
 SampledVisibility SampleVisibility(const Tree& tree, const NodeSampler& sampler,
                                    const RayScene& rays, uint32_t p, uint32_t q, uint64_t seed);
 
+// The same of p and an image of q; what misses a mirror is hidden. `look`: whether anything may
+// stand in the way.
+SampledVisibility SampleThrough(const Tree& tree, const NodeSampler& sampler, const RayScene& rays,
+                                uint32_t image, uint32_t p, uint32_t q, bool look, uint64_t seed);
+
 }  // namespace isolux

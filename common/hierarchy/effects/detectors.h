@@ -26,6 +26,9 @@ Rgb SkyPower(const Hierarchy& hierarchy);
 // even in a convex room.
 bool ShinesFromOutside(const Hierarchy& hierarchy, const Light& light);
 
+// mirrors.cc
+Effect DetectMirrors(const Hierarchy& hierarchy);
+
 // colour.cc
 Effect DetectColour(const Hierarchy& hierarchy);
 
@@ -34,7 +37,7 @@ Effect DetectColour(const Hierarchy& hierarchy);
 Effect DetectTextures(const Scene& scene);
 Effect DetectEmissionMaps(const Scene& scene);
 Effect DetectOpacityMaps(const Scene& scene);
-Effect DetectMirrors(const Scene& scene);
+Effect DetectReplacedMirrors(const Scene& scene);
 Effect DetectGloss(const Scene& scene);
 Effect DetectClearGlass(const Scene& scene);
 

@@ -16,7 +16,7 @@ std::vector<Effect> DetectAll(const Hierarchy& hierarchy) {
   return {
       DetectColour(hierarchy),   DetectOcclusion(hierarchy), DetectInterreflection(hierarchy),
       DetectClosure(hierarchy),  DetectTwoSided(hierarchy),  DetectTextures(scene),
-      DetectEmissionMaps(scene), DetectOpacityMaps(scene),   DetectMirrors(scene),
+      DetectEmissionMaps(scene), DetectOpacityMaps(scene),   DetectMirrors(hierarchy),
       DetectGloss(scene),        DetectClearGlass(scene),    DetectLights(hierarchy),
       DetectSun(hierarchy),      DetectSky(hierarchy),
   };
@@ -74,11 +74,23 @@ Effect& Find(std::vector<Effect>& effects, std::string_view name) {
   return *found;
 }
 
+// Bounds that rest on surfaces handing on no more light than they receive by the row: before
+// mirrors light arrives once more.
+void TakeBackBounds(std::vector<Effect>* effects) {
+  const Effect& mirrors = Find(*effects, "mirrors");
+  if (!mirrors.present || mirrors.support != Support::kSwitchable) return;
+  for (const char* name : {"colour", "interreflection"}) {
+    Effect& effect = Find(*effects, name);
+    if (effect.bound.value_or(0) > 0) effect.bound.reset();
+  }
+}
+
 }  // namespace
 
 EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const EffectsChoice& choice) {
   EffectsTable table;
   table.effects = DetectAll(hierarchy);
+  TakeBackBounds(&table.effects);
   for (Effect& effect : table.effects) {
     if (effect.support == Support::kSwitchable) {
       DecideByBound(accuracy, &effect);
@@ -108,6 +120,7 @@ EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const Effe
   table.plan.lights = Find(table.effects, "lights").on;
   table.plan.sun = Find(table.effects, "sun").on;
   table.plan.sky = Find(table.effects, "sky").on;
+  table.plan.mirrors = Find(table.effects, "mirrors").on;
   return table;
 }
 

@@ -70,7 +70,7 @@ Effect DetectOpacityMaps(const Scene& scene) {
   return Replaced(scene, "opacity-maps", {"opacity maps"}, "material", "taken as opaque");
 }
 
-Effect DetectMirrors(const Scene& scene) {
+Effect DetectReplacedMirrors(const Scene& scene) {
   return Replaced(scene, "mirrors", {"mirror materials"}, "material", "taken as diffuse, with Kd");
 }
 

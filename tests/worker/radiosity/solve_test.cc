@@ -110,11 +110,11 @@ TEST(Escape, TellsClosedFromOpen) {
   ThreadPool pool(2);
   const Scene closed_scene = testing::FurnaceCube(0.5, 1);
   const Hierarchy closed(closed_scene);
-  for (const uint8_t c : ScoutEscapes(closed, RayScene(closed), 0.02, 1, pool).closed)
+  for (const uint8_t c : ScoutEscapes(closed, RayScene(closed), Mirrors(), 0.02, 1, pool).closed)
     EXPECT_EQ(c, 1);
   const Scene open_scene = testing::CornellBox(false);
   const Hierarchy open(open_scene);
-  for (const uint8_t c : ScoutEscapes(open, RayScene(open), 0.02, 1, pool).closed) EXPECT_EQ(c, 0);
+  for (const uint8_t c : ScoutEscapes(open, RayScene(open), Mirrors(), 0.02, 1, pool).closed) EXPECT_EQ(c, 0);
 }
 
 // (I − R K R) y = R K E by Gaussian elimination, K column by column from products.

@@ -1,0 +1,18 @@
+// What refinement asks of two nodes of which one may be a cluster.
+#pragma once
+
+#include "worker/radiosity/refine.h"
+#include "worker/radiosity/tree.h"
+
+namespace isolux {
+
+// Longest line within a node, m.
+double SizeOf(const Tree& tree, uint32_t node);
+
+// Of two nodes of which one is a cluster.
+Meeting MeetingOf(const Tree& tree, uint32_t p, uint32_t q);
+
+// The end to divide where a link stands for a part of its ends only: the larger mixed cluster.
+LinkVerdict MixedEnd(const Tree& tree, uint32_t p, uint32_t q);
+
+}  // namespace isolux

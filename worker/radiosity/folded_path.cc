@@ -1,0 +1,78 @@
+#include "worker/radiosity/folded_path.h"
+
+#include <algorithm>
+
+#include "worker/radiosity/escape.h"
+
+namespace isolux {
+namespace {
+
+// Rays are followed until less than this is left of their light.
+constexpr double kLeastLight = 1e-3;
+constexpr int kMostReflections = 1000;
+
+Vec3 PointOf(const std::array<FloatLanes, 3>& points, int i) {
+  return {points[0][i], points[1][i], points[2][i]};
+}
+
+}  // namespace
+
+uint32_t VisibleThrough(const RayScene& rays, const Mirrors& mirrors, const MirrorImage& image,
+                        const RayPacket& packet, bool look) {
+  uint32_t passing = packet.valid;
+  std::array<Vec3, RayScene::kPacket> at;
+  std::array<uint32_t, RayScene::kPacket> at_polygon = packet.from_polygon;
+  std::array<double, RayScene::kPacket> way{};  // share of it that is behind
+  for (int i = 0; i < RayScene::kPacket; ++i) at[i] = PointOf(packet.from, i);
+  const auto leg_to = [&](const auto& next) {
+    RayPacket leg;
+    leg.from_polygon.fill(0);
+    for (int i = 0; i < RayScene::kPacket; ++i) {
+      if ((passing >> i & 1) == 0) continue;
+      const auto [to, polygon] = next(i);
+      if (polygon == Mirrors::kNone) {
+        passing &= ~(1U << i);
+        continue;
+      }
+      leg.Set(i, {at[i], to, at_polygon[i], polygon});
+      at[i] = to;
+      at_polygon[i] = polygon;
+    }
+    if (look && passing != 0) passing &= rays.Visible(leg);
+  };
+  for (const MirrorOpening& opening : image.openings) {
+    if (passing == 0) return 0;
+    leg_to([&](int i) -> std::pair<Vec3, uint32_t> {
+      const Vec3 from = PointOf(packet.from, i), to = PointOf(packet.to, i);
+      const double before = opening.HeightOf(from), behind = -opening.HeightOf(to);
+      if (!(before > 0 && behind > 0)) return {from, Mirrors::kNone};
+      const double share = before / (before + behind);
+      if (share < way[i]) return {from, Mirrors::kNone};
+      way[i] = share;
+      const Vec3 point = opening.to_scene.Point(from + share * (to - from));
+      return {point, mirrors.PolygonAt(opening.plane, point)};
+    });
+  }
+  leg_to([&](int i) -> std::pair<Vec3, uint32_t> {
+    return {image.back.Point(PointOf(packet.to, i)), packet.to_polygon[i]};
+  });
+  return passing;
+}
+
+double EscapedShare(const RayScene& rays, const Mirrors& mirrors, Escape ray, RayHit hit,
+                    const Hierarchy& hierarchy) {
+  double light = 1;
+  for (int i = 0; i < kMostReflections; ++i) {
+    if (!TakesPart(hierarchy.scene(), hit)) return light;
+    light *= mirrors.ShareOf(hit.polygon, hit.side);
+    if (light < kLeastLight) return 0;
+    const Vec3 normal = SideGeometry(hierarchy.scene(), hit.polygon, hit.side).Normal();
+    ray.from += hit.distance * ray.direction;
+    ray.direction -= 2 * glm::dot(normal, ray.direction) * normal;
+    ray.from_polygon = hit.polygon;
+    hit = rays.Trace({ray}, 1)[0];
+  }
+  return 0;
+}
+
+}  // namespace isolux
