@@ -32,9 +32,10 @@ double PowerOn(const SolveResult& result, uint32_t polygon) {
     if (face.polygon != polygon) continue;
     Vec3 area(0.0);
     for (size_t i = 0; i < face.vertices.size(); ++i) {
-      area += 0.5 * glm::cross(
-                        result.patch.vertices[face.vertices[i]].position,
-                        result.patch.vertices[face.vertices[(i + 1) % face.vertices.size()]].position);
+      area +=
+          0.5 *
+          glm::cross(result.patch.vertices[face.vertices[i]].position,
+                     result.patch.vertices[face.vertices[(i + 1) % face.vertices.size()]].position);
     }
     power += glm::length(area) * face.irradiance[0];
   }
@@ -57,8 +58,32 @@ Scene Room(double length, std::initializer_list<int> lamps) {
   return BoxRoom({length, 1, 1.5}, faces);
 }
 
-double Last(const SolveResult& result) {
+double Imbalance(const SolveResult& result) {
   return result.summary.rounds.back().energy_imbalance;
+}
+
+double FactorAt(const Vec3& point, const Vec3& normal, std::span<const Vec3> polygon) {
+  const std::array<Vec3, 4> points = {point, point, point, point};
+  return PointFormFactors(Vec3x4(points), normal, polygon)[0];
+}
+
+// From a point of the screen, of the image of the lamp in the mirror of MirrorsHaveEdges, with half
+// sides b and a: what shows on the mirror, a rectangle, less what the back of the lamp hides of it.
+double SeenIn(const Vec3& x, double a, double b) {
+  std::array<Vec3, 2> low{}, high{};  // seen; of that, hidden
+  for (const int c : {1, 2}) {
+    low[0][c] = std::max(-a, (x[c] - 2 * b) / 3);
+    high[0][c] = std::min(a, (x[c] + 2 * b) / 3);
+    low[1][c] = std::max(low[0][c], -2 * b - x[c]);
+    high[1][c] = std::min(high[0][c], 2 * b - x[c]);
+  }
+  const auto factor = [&](int i) {
+    if (!(high[i].y > low[i].y && high[i].z > low[i].z)) return 0.0;
+    const std::array<Vec3, 4> part = {Vec3(0, low[i].y, low[i].z), Vec3(0, high[i].y, low[i].z),
+                                      Vec3(0, high[i].y, high[i].z), Vec3(0, low[i].y, high[i].z)};
+    return FactorAt(x, {-1, 0, 0}, part);
+  };
+  return factor(0) - factor(1);
 }
 
 TEST(Mirrors, APerfectMirrorDoublesTheRoom) {
@@ -66,10 +91,192 @@ TEST(Mirrors, APerfectMirrorDoublesTheRoom) {
   MakeMirror(half, 0, 1);
   half.materials[half.polygons[0].material].reflectance = Rgb(0.0);
   const SolveResult mirrored = Solve(half, 0.01), unfolded = Solve(whole, 0.01);
-  EXPECT_LT(Last(mirrored), 1e-3);
+  EXPECT_LT(Imbalance(mirrored), 1e-3);
   for (uint32_t p = 1; p < 6; ++p) {
     const double expected = PowerOn(unfolded, p) * (p == 1 ? 1 : 0.5);
     EXPECT_NEAR(PowerOn(mirrored, p) / expected, 1, 0.004) << p;
+  }
+}
+
+// Two walls at right angles: three images, two of which meet in the edge.
+TEST(Mirrors, ACornerOfMirrorsUnfoldsToFourRooms) {
+  Scene quarter = Room(1, {1, 4});
+  MakeMirror(quarter, 0, 1);
+  MakeMirror(quarter, 2, 1);
+  for (const uint32_t p : {0, 2}) {
+    quarter.materials[quarter.polygons[p].material].reflectance = Rgb(0.0);
+  }
+  BoxFaces faces;
+  faces.reflectance = {Rgb(.3), Rgb(.3), Rgb(.2), Rgb(.2), Rgb(.6), Rgb(.4)};
+  faces.exitance[0] = faces.exitance[1] = faces.exitance[4] = Rgb(1);
+  const SolveResult mirrored = Solve(quarter, 0.01);
+  const SolveResult unfolded = Solve(BoxRoom({2, 2, 1.5}, faces), 0.01);
+  EXPECT_LT(Imbalance(mirrored), 1e-3);
+  for (const uint32_t p : {1, 3, 4, 5}) {
+    const double expected = PowerOn(unfolded, p) * (p < 4 ? 0.5 : 0.25);
+    EXPECT_NEAR(PowerOn(mirrored, p) / expected, 1, 0.004) << p;
+  }
+}
+
+// Between mirrors on all sides everything of the floor that is not lost on the way reaches the
+// ceiling: of the irradiance at height h, Σ k^n of the shares that n reflections take.
+TEST(Mirrors, FacingMirrorsCarryLightOn) {
+  // Floor and ceiling, two walls of black, two of mirrors: the same as a room without end.
+  BoxFaces faces;
+  faces.exitance[4] = Rgb(1);
+  Scene scene = BoxRoom({1, 4, 1}, faces);
+  MakeMirror(scene, 0, 0.7);
+  MakeMirror(scene, 1, 0.7);
+  const SolveResult result = Solve(scene, 0.01);
+  double error = 0, total = 0;
+  for (const PatchFace& face : result.patch.faces) {
+    if (face.polygon != 5) continue;
+    for (const uint32_t v : face.vertices) {
+      const PatchVertex& vertex = result.patch.vertices[v];
+      double expected = 0;
+      for (int k = -60; k <= 60; ++k) {
+        const std::array<Vec3, 4> lamp = {Vec3(k, 0, 0), Vec3(k + 1, 0, 0), Vec3(k + 1, 4, 0),
+                                          Vec3(k, 4, 0)};
+        expected += std::pow(0.7, std::abs(k)) * FactorAt(vertex.position, {0, 0, -1}, lamp);
+      }
+      error += std::abs(vertex.irradiance[0] - expected);
+      total += expected;
+    }
+  }
+  EXPECT_LT(error / total, 0.002);
+  EXPECT_LT(Imbalance(result), 5e-3);
+}
+
+// A mirror in the middle of a black wall, a lamp in the middle of the wall before it: what of the
+// lamp's image shows in the mirror is a rectangle on the mirror.
+TEST(Mirrors, MirrorsHaveEdges) {
+  Scene scene;
+  scene.materials = {{"black", Rgb(0.0), Rgb(0.0)}, {"lamp", Rgb(0.0), Rgb(1)}};
+  scene.materials.push_back({"mirror", Rgb(0.0), Rgb(0.0)});
+  scene.materials.back().specular = 0.8;
+  const auto add = [&](const std::array<Vec3, 4>& corners, uint32_t material, uint8_t sides) {
+    Polygon polygon;
+    for (int i = 0; i < 4; ++i) {
+      polygon.vertices[i] = static_cast<uint32_t>(scene.vertices.size());
+      scene.vertices.push_back(corners[i]);
+    }
+    polygon.material = material;
+    polygon.sides = sides;
+    polygon.file_polygon = scene.file_polygon_count++;
+    scene.polygons.push_back(polygon);
+  };
+  const double a = 0.4, b = 0.3;  // half sides of mirror and lamp
+  add({Vec3(0, -a, -a), Vec3(0, a, -a), Vec3(0, a, a), Vec3(0, -a, a)}, 2, kFrontTakesPart);
+  add({Vec3(1, -b, -b), Vec3(1, -b, b), Vec3(1, b, b), Vec3(1, b, -b)}, 1,
+      kFrontTakesPart | kFrontEmits);
+  // The screen, behind the lamp's plane, which hides a part of the mirror.
+  add({Vec3(2, -1, -1), Vec3(2, -1, 1), Vec3(2, 1, 1), Vec3(2, 1, -1)}, 0, kFrontTakesPart);
+  const SolveResult result = Solve(scene, 0.01);
+  double error = 0, total = 0;
+  for (const PatchFace& face : result.patch.faces) {
+    if (face.polygon != 2) continue;
+    for (const uint32_t v : face.vertices) {
+      const PatchVertex& vertex = result.patch.vertices[v];
+      // By way of x = 0 the image of the lamp is at x = −1, seen from x = 2 through x = 0, past the
+      // lamp itself at x = 1.
+      const double expected = 0.8 * SeenIn(vertex.position, a, b);
+      error += std::abs(vertex.irradiance[0] - expected);
+      total += expected;
+    }
+  }
+  EXPECT_GT(total, 0);
+  EXPECT_LT(error / total, 0.02);
+}
+
+// Everything a lamp sends into a room of half-blind mirrors and grey walls is absorbed.
+TEST(Mirrors, EnergyBalances) {
+  Scene scene = RandomRoom(3, 3);
+  for (const uint32_t p : {0U, 2U, 7U}) MakeMirror(scene, p, 0.5);
+  const SolveResult result = Solve(scene, 0.1);
+  EXPECT_LT(Imbalance(result), 0.01);
+  // Mirrors bring light to others, so more arrives than without.
+  EXPECT_GT(result.summary.rounds.back().absorbed_w[0], 0);
+}
+
+TEST(Mirrors, TheSameOnOneAndThreeWorkers) {
+  Scene scene = RandomRoom(5, 2);
+  for (const uint32_t p : {0U, 3U, 8U}) MakeMirror(scene, p, 0.6);
+  SolveOptions options;
+  options.accuracy = 0.1;
+  options.epsilons = {0.5, 0.1};
+  const auto one = SolveInProcess(scene, options, 1, 2),
+             three = SolveInProcess(scene, options, 3, 1);
+  ASSERT_TRUE(one.has_value() && three.has_value());
+  EXPECT_EQ(BytesWithoutComments(one->patch), BytesWithoutComments(three->patch));
+}
+
+TEST(Mirrors, NoMirrorsNoTrace) {
+  const Scene scene = RandomRoom(2, 3);
+  const SolveResult on = Solve(scene, 0.1, "+mirrors"), off = Solve(scene, 0.1, "-mirrors");
+  EXPECT_EQ(BytesWithoutComments(on.patch), BytesWithoutComments(off.patch));
+  EXPECT_EQ(on.summary.rays, off.summary.rays);
+}
+
+// Switched off, a mirror is what its material says without the specular share.
+TEST(Mirrors, SwitchedOffTheyAreDiffuse) {
+  Scene scene = Room(1, {4});
+  MakeMirror(scene, 0, 0.5);
+  Scene diffuse = scene;
+  for (Material& material : diffuse.materials) material.specular = 0;
+  EXPECT_EQ(BytesWithoutComments(Solve(scene, 0.1, "-mirrors").patch),
+            BytesWithoutComments(Solve(diffuse, 0.1).patch));
+}
+
+TEST(Mirrors, NeglectCostsNoMoreThanItsBound) {
+  for (const double share : {0.02, 0.3, 0.9}) {
+    Scene scene = Room(1, {4});
+    MakeMirror(scene, 0, share);
+    const EffectsTable table = PlanEffects(Hierarchy(scene), 0.02, {});
+    const auto row = std::ranges::find(table.effects, "mirrors", &Effect::name);
+    ASSERT_TRUE(row->present && row->bound.has_value());
+    EXPECT_TRUE(row->on);
+    const SolveResult with = Solve(scene, 0.02), without = Solve(scene, 0.02, "-mirrors");
+    double all = 0, missing = 0;
+    for (uint32_t p = 0; p < 6; ++p) {
+      all += PowerOn(with, p);
+      missing += std::abs(PowerOn(with, p) - PowerOn(without, p));
+    }
+    EXPECT_GT(missing / all, 0.05 * share);
+    EXPECT_LT(missing / all, *row->bound);
+  }
+  // A mirror far smaller than the lamp is left out.
+  Scene scene = Room(1, {4});
+  const auto first = static_cast<uint32_t>(scene.vertices.size());
+  scene.vertices.insert(scene.vertices.end(), {{.5, .5, 1}, {.505, .5, 1}, {.5, .505, 1}});
+  scene.materials.push_back({"mirror", Rgb(0.0), Rgb(0.0)});
+  scene.materials.back().specular = 1;
+  Polygon tiny;
+  tiny.vertices = {first, first + 1, first + 2, kNoVertex};
+  tiny.material = static_cast<uint32_t>(scene.materials.size()) - 1;
+  tiny.file_polygon = scene.file_polygon_count++;
+  scene.polygons.push_back(tiny);
+  EXPECT_FALSE(PlanEffects(Hierarchy(scene), 0.05, {}).plan.mirrors);
+  EXPECT_TRUE(
+      PlanEffects(Hierarchy(scene), 0.05, {EffectsChoice::Base::kAll, {}, {}}).plan.mirrors);
+}
+
+// Images of a box of mirrors: every one has its reverse, paths fold back to where they came from.
+TEST(Mirrors, ImagesAreWhole) {
+  Scene scene = Room(1, {4});
+  for (const uint32_t p : {0U, 1U, 2U, 5U}) MakeMirror(scene, p, 0.6);
+  const Hierarchy hierarchy(scene);
+  const Mirrors mirrors(hierarchy, 0.1);
+  ASSERT_EQ(mirrors.planes().size(), 4U);
+  EXPECT_GT(mirrors.images().size(), 20U);
+  EXPECT_LT(mirrors.images().size(), Mirrors::kMostImages);
+  EXPECT_EQ(mirrors.missing(), 0);
+  for (size_t i = 0; i < mirrors.images().size(); ++i) {
+    const MirrorImage& image = mirrors.images()[i];
+    const MirrorImage& reverse = mirrors.images()[image.reverse];
+    EXPECT_EQ(reverse.reverse, i);
+    const Vec3 x(.3, .2, .9);
+    EXPECT_NEAR(glm::length(reverse.image.Point(image.image.Point(x)) - x), 0, 1e-12);
+    EXPECT_NEAR(image.share, std::pow(0.6, static_cast<double>(image.openings.size())), 1e-12);
   }
 }
 

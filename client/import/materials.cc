@@ -170,8 +170,8 @@ Material MaterialMaker::Make(const FileMaterial& from) {
     lowered = true;
   }
   const bool no_coordinates = file_.coordinates.empty();
-  const Varied reflectance = Vary(from.diffuse_map, diffuse, most, no_coordinates,
-                                  Repair::kMap, from.where);
+  const Varied reflectance =
+      Vary(from.diffuse_map, diffuse, most, no_coordinates, Repair::kMap, from.where);
   const Varied exitance = Vary(from.emission_map, std::numbers::pi * from.radiance,
                                std::numeric_limits<double>::infinity(),
                                no_coordinates || from.emission_map.set != from.coordinate_set(),

@@ -42,7 +42,7 @@ struct FileMaterial {
   bool double_sided = false;  // both sides reflect, and emit where the material does
   bool opacity_map = false;
   bool mirror = false;
-  Rgb specular{0.0};  // what a mirror reflects as such; of a metal, times `metallic` and the maps
+  Rgb specular{0.0};    // what a mirror reflects as such; of a metal, times `metallic` and the maps
   bool glossy = false;  // and no mirror
   bool glass = false;
   bool unlit = false;  // shown without light by viewers

@@ -113,9 +113,8 @@ bool Mirrors::Extend(const MirrorImage& from, uint32_t number, MirrorImage* to) 
   opening.to_scene = from.image.Inverse();
   const std::vector<Vec3> corners = CornersOf(opening);
   const auto any = [&](const std::vector<Vec3>& points, const MirrorOpening& of, double sign) {
-    return std::ranges::any_of(points, [&](const Vec3& v) {
-      return sign * of.HeightOf(v) > tolerance_m();
-    });
+    return std::ranges::any_of(
+        points, [&](const Vec3& v) { return sign * of.HeightOf(v) > tolerance_m(); });
   };
   // Each opening lies behind those before it, those before the new one, and what passes any and
   // the new one passes those between.
@@ -130,9 +129,8 @@ bool Mirrors::Extend(const MirrorImage& from, uint32_t number, MirrorImage* to) 
   if (from.openings.empty()) {
     // Something must lie before the mirror.
     const auto& vertices = hierarchy_->scene().vertices;
-    if (std::ranges::none_of(vertices, [&](const Vec3& v) {
-          return opening.HeightOf(v) > tolerance_m();
-        })) {
+    if (std::ranges::none_of(vertices,
+                             [&](const Vec3& v) { return opening.HeightOf(v) > tolerance_m(); })) {
       return false;
     }
   }

@@ -54,7 +54,7 @@ struct MirrorImage {
 
 class Mirrors {
  public:
-  static constexpr size_t kMostPlanes = 1024, kMostImages = 2048;
+  static constexpr size_t kMostPlanes = 512, kMostImages = 2048;
 
   Mirrors() = default;  // none
   // All images that may bring a share of the light on the mirrors that matters for the accuracy,
@@ -93,8 +93,8 @@ class Mirrors {
   double missing_ = 0;
 };
 
-// Whether what lies between the corners of two convex bodies, the second where the path is straight,
-// passes mirrors.
+// Whether what lies between the corners of two convex bodies, the second where the path is
+// straight, passes mirrors.
 enum class Passage : uint8_t { kNone, kSome, kAll };
 Passage PassageThrough(const Mirrors& mirrors, std::span<const MirrorOpening> openings,
                        std::span<const Vec3> here, std::span<const Vec3> there);

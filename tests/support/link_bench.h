@@ -36,8 +36,8 @@ struct LinkBench {
         hierarchy(scene),
         rays(hierarchy),
         tree(hierarchy) {
-    const Scout scout =
-        scouted ? ScoutEscapes(hierarchy, rays, Mirrors(), 0.02, 1, pool) : ClosedWithoutLooking(hierarchy);
+    const Scout scout = scouted ? ScoutEscapes(hierarchy, rays, Mirrors(), 0.02, 1, pool)
+                                : ClosedWithoutLooking(hierarchy);
     const Snapshot start = AmbientSnapshot(hierarchy, scout, {});
     tree.SetComponents(scout.component);
     double emitted = 0;

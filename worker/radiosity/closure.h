@@ -3,8 +3,8 @@
 // what they miss by 1/(1 − ρ). The closure scales C → D C D, one factor a leaf, which keeps it
 // symmetric and positive ([KnightRuiz13]).
 //
-// What falls on a mirror arrives once more behind it: with k_s the specular share of the leaf at the
-// other end, Σ C (1 − k_s) is the area less what escapes, over links through mirrors and others
+// What falls on a mirror arrives once more behind it: with k_s the specular share of the leaf at
+// the other end, Σ C (1 − k_s) is the area less what escapes, over links through mirrors and others
 // alike. So power is conserved: by symmetry Σ A (1 − k_s) H = Σ A (1 − o) B.
 #pragma once
 

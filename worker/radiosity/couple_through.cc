@@ -61,8 +61,8 @@ Corners CutBy(const MirrorImage& image, const ConvexPolygon& polygon, double sig
     rest.count = corners.count;
     std::copy_n(corners.v.begin(), 4, rest.v.begin());
     if (rest.count < 3) return {};
-    const ClippedPolygon cut = ClipToFront(rest, opening.height_m * opening.normal,
-                                           sign * opening.normal, tolerance_m);
+    const ClippedPolygon cut =
+        ClipToFront(rest, opening.height_m * opening.normal, sign * opening.normal, tolerance_m);
     corners.count = cut.count;
     std::copy_n(cut.v.begin(), cut.count, corners.v.begin());
   }
@@ -77,7 +77,8 @@ double BoundThrough(const Tree& tree, uint32_t image, uint32_t p, uint32_t q) {
   const Mirrors& mirrors = *tree.mirrors();
   const MirrorImage& through = mirrors.images()[image];
   const Corners here = CornersOf(tree, p), there = Moved(through.image, CornersOf(tree, q));
-  if (PassageThrough(mirrors, through.openings, here.points(), there.points()) == Passage::kNone) return 0;
+  if (PassageThrough(mirrors, through.openings, here.points(), there.points()) == Passage::kNone)
+    return 0;
   // Everything of the other behind an element's plane?
   const auto behind = [](const Corners& points, const Vec3& on, const Vec3& normal) {
     return std::ranges::all_of(points.points(),
@@ -135,9 +136,9 @@ ThroughMirrors CoupleThrough(const Tree& tree, uint32_t image, uint32_t p, uint3
   if (!uncut(before, tree.polygon(p)) || !uncut(behind, there)) result.passage = Passage::kSome;
   const CouplingEnd here = MakeCouplingEnd(tree.polygon(p)), goal = MakeCouplingEnd(there);
   const double smaller_m2 = std::min(here.area_m2, goal.area_m2);
-  const PairCoupling coupling = Couple(
-      here, goal,
-      std::clamp(wanted_m2 / through.share, kFinest * smaller_m2, kCoarsest * smaller_m2));
+  const PairCoupling coupling =
+      Couple(here, goal,
+             std::clamp(wanted_m2 / through.share, kFinest * smaller_m2, kCoarsest * smaller_m2));
   if (!(coupling.coupling_m2 > 0)) return result;
   const FormFactorVariation variation = VariationOver(here, goal, coupling.coupling_m2);
   const double share = SelfShare(p, q) * through.share;

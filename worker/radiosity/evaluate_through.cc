@@ -28,8 +28,8 @@ LinkVerdict EvaluateThrough(const RefineScene& scene, const Tree& tree, double e
     const Meeting meeting = MeetingOf(tree, link.p, link.q);
     if (meeting == Meeting::kPart) return MixedEnd(tree, link.p, link.q);
     if (meeting == Meeting::kNothing) return LinkVerdict::kKeep;
-    link.unoccluded_m2 = static_cast<float>(std::min<double>(
-        link.variation_p, ClusterCouplingThrough(tree, image, link.p, link.q)));
+    link.unoccluded_m2 = static_cast<float>(
+        std::min<double>(link.variation_p, ClusterCouplingThrough(tree, image, link.p, link.q)));
     if (link.unoccluded_m2 > 0) Sample(scene, tree, image, link, rays);
     return LinkVerdict::kKeep;
   }

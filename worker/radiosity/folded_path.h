@@ -13,7 +13,8 @@ namespace isolux {
 uint32_t VisibleThrough(const RayScene& rays, const Mirrors& mirrors, const MirrorImage& image,
                         const RayPacket& packet, bool look);
 
-// Share of a ray's light that leaves the scene, mirrors followed, when `hit` is what it meets first.
+// Share of a ray's light that leaves the scene, mirrors followed, when `hit` is what it meets
+// first.
 double EscapedShare(const RayScene& rays, const Mirrors& mirrors, Escape ray, RayHit hit,
                     const Hierarchy& hierarchy);
 

@@ -238,8 +238,8 @@ void SourceFinder::Open(const Filling& filling, const Part& part) const {
   const MirrorImage* image = part.image;
   const ConvexPolygon& whole = tree_.polygon(part.node);
   const ClippedPolygon polygon =
-      ClipToFront(image == nullptr ? whole : image->image.Of(whole), filling.centre,
-                  filling.normal, 1e-12 * tree_.hierarchy().extent_m());
+      ClipToFront(image == nullptr ? whole : image->image.Of(whole), filling.centre, filling.normal,
+                  1e-12 * tree_.hierarchy().extent_m());
   if (polygon.count == 0) return;
   const bool varies = child != kNoNode && part.doubt > kVaryingDoubt &&
                       values.spread > kVaryingSpread * values.radiosity &&

@@ -22,8 +22,8 @@ struct Link {
   uint8_t error_code = 0;      // error of unoccluded_m2 is unoccluded_m2 · (error_code/255)²
 
   // A link through mirrors: `image` is the number of the image of q that p sees. Its share is in
-  // 1/255, and its coupling counts as exact. A link of a node with itself stands for half of what it
-  // exchanges, since it is counted at both ends.
+  // 1/255, and its coupling counts as exact. A link of a node with itself stands for half of what
+  // it exchanges, since it is counted at both ends.
   static constexpr uint8_t kMirrored = 0x40;
   void SetThroughMirrors(uint32_t image, double share, int rays) {
     const auto in_255 = static_cast<uint32_t>(std::lround(255 * share));

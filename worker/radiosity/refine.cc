@@ -106,8 +106,9 @@ class Evaluator {
     link.q = pair.q;
     Evaluation found;
     if (pair.image != kDirect) {
-      found.verdict = EvaluateThrough(scene_, tree_, epsilon_w_, pair.image,
-                                      [this](const Link& l) { return Judge(l); }, link, &found.rays);
+      found.verdict = EvaluateThrough(
+          scene_, tree_, epsilon_w_, pair.image, [this](const Link& l) { return Judge(l); }, link,
+          &found.rays);
       return found;
     }
     if (tree_.is_cluster(pair.p) || tree_.is_cluster(pair.q)) {
@@ -396,10 +397,9 @@ LinkError ErrorOf(const Tree& tree, const Link& link, const NodeValues& p, const
     return error;
   }
   const double deviation = link.visibility_deviation();
-  const double share =
-      link.rays() == Link::kProved
-          ? 1.0
-          : std::max(link.visibility(), (link.rays() + 1.0) / (Link::kRays + 2.0));
+  const double share = link.rays() == Link::kProved
+                           ? 1.0
+                           : std::max(link.visibility(), (link.rays() + 1.0) / (Link::kRays + 2.0));
   const double unoccluded = link.unoccluded_m2;
   const double flux_p = tree.area_m2(link.p) * link.variation_p * share;  // A ΔF V, m²
   const double flux_q = tree.area_m2(link.q) * link.variation_q * share;

@@ -87,7 +87,10 @@ TEST_F(GltfMaterials, MetallicRoughness) {
   ExpectNear(scene.materials[0].reflectance, {0.2, 0.15, 0.1});
   EXPECT_EQ(CountOf(scene, Repair::kGlossy), 1U);
   metal["pbrMetallicRoughness"]["roughnessFactor"] = 0.1;
-  EXPECT_EQ(CountOf(Read(metal), Repair::kMirror), 1U);
+  const Scene mirror = Read(metal);
+  EXPECT_EQ(CountOf(mirror, Repair::kMirror), 0U);
+  EXPECT_EQ(CountOf(mirror, Repair::kMirrorColour), 1U);
+  EXPECT_NEAR(mirror.materials[0].specular, 0.75 * 0.6, 1e-12);
   // By default metallic, so black, and rough.
   ExpectNear(Read(Json::object()).materials[0].reflectance, Rgb(0.0));
   metal["pbrMetallicRoughness"]["metallicFactor"] = 1.5;

@@ -264,14 +264,38 @@ TEST_F(Import, CountsEffectsThatAreNotSimulated) {
       "newmtl chrome\nKd 0.1 0.1 0.1\nKs 0.8 0.8 0.8\nillum 3\n"
       "newmtl glass\nKd 0 0 0\nd 0\nillum 9\nnewmtl gloss\nKd 0.3 0.3 0.3\nKs 0.1 0.1 0.1\nillum "
       "2\n"
-      "newmtl unused\nillum 3\n";
+      "newmtl lacks_ks\nKd 0.3 0.3 0.3\nillum 3\nnewmtl unused\nillum 3\n";
   const Scene scene =
       Read(WithLamp(std::string(kFloor) + "usemtl chrome\nf 5 6 7\nusemtl glass\nf 5 7 8\n"
-                                          "usemtl gloss\nf 5 6 8\n"));
+                                          "usemtl gloss\nf 5 6 8\nusemtl lacks_ks\nf 6 7 8\n"));
   EXPECT_EQ(CountOf(scene, Repair::kMirror), 1U);
   EXPECT_EQ(CountOf(scene, Repair::kGlass), 1U);
   EXPECT_EQ(CountOf(scene, Repair::kGlossy), 1U);
   EXPECT_EQ(scene.materials[1].reflectance, Rgb(0.1));
+  EXPECT_EQ(scene.materials[1].specular, 0.8);
+  EXPECT_EQ(scene.materials[3].specular, 0);
+}
+
+TEST_F(Import, MirrorsReflectNoMoreThanArrives) {
+  materials_ +=
+      "newmtl perfect\nKs 1 1 1\nillum 3\nnewmtl bright\nKd 0.8 0.4 0.4\nKs 1.2 1.2 1.2\nillum 5\n"
+      "newmtl gold\nKs 0.9 0.6 0.3\nillum 3\n";
+  const std::string text = WithLamp(std::string(kFloor) +
+                                    "usemtl perfect\nf 5 6 7\nusemtl bright\n"
+                                    "f 5 7 8\nusemtl gold\nf 5 6 8\n");
+  const Scene scene = Read(text);
+  EXPECT_EQ(scene.materials[1].specular, 1);
+  EXPECT_NEAR(scene.materials[2].specular, 0.98 * 0.6, 1e-12);
+  EXPECT_NEAR(scene.materials[2].reflectance.x, 0.98 * 0.4, 1e-12);
+  EXPECT_NEAR(scene.materials[2].reflectance.y, 0.98 * 0.2, 1e-12);
+  EXPECT_NEAR(scene.materials[3].specular, 0.6, 1e-12);
+  EXPECT_EQ(CountOf(scene, Repair::kMirrorShare), 1U);
+  EXPECT_EQ(CountOf(scene, Repair::kMirrorColour), 1U);
+  EXPECT_EQ(CountOf(scene, Repair::kMirror), 0U);
+  EXPECT_EQ(Encode(Decode(Encode(scene)).value()), Encode(scene));
+  ImportOptions strict;
+  strict.strict = true;
+  EXPECT_THAT(ErrorOf(text, strict), HasSubstr("mirrors that reflect more than arrives"));
 }
 
 TEST_F(Import, FacesWithoutAMaterialAreGrey) {

@@ -215,6 +215,7 @@ TEST(MtlReader, ReadsWhatCounts) {
   EXPECT_EQ(m[2].diffuse_map.name, "my wood.jpg");
   EXPECT_TRUE(m[2].opacity_map);
   EXPECT_TRUE(m[3].mirror && !m[3].glossy && !m[3].glass);
+  EXPECT_EQ(m[3].specular, Rgb(0.9));
   EXPECT_TRUE(!m[4].mirror && m[4].glossy && !m[4].glass);
   EXPECT_TRUE(m[5].glass && m[6].glass && !m[7].glass);
 }

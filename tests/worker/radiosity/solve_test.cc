@@ -114,7 +114,8 @@ TEST(Escape, TellsClosedFromOpen) {
     EXPECT_EQ(c, 1);
   const Scene open_scene = testing::CornellBox(false);
   const Hierarchy open(open_scene);
-  for (const uint8_t c : ScoutEscapes(open, RayScene(open), Mirrors(), 0.02, 1, pool).closed) EXPECT_EQ(c, 0);
+  for (const uint8_t c : ScoutEscapes(open, RayScene(open), Mirrors(), 0.02, 1, pool).closed)
+    EXPECT_EQ(c, 0);
 }
 
 // (I − R K R) y = R K E by Gaussian elimination, K column by column from products.
