@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "common/hierarchy/effects/plan.h"
 #include "common/hierarchy/mirrors.h"
@@ -186,6 +187,81 @@ TEST(Mirrors, MirrorsHaveEdges) {
   }
   EXPECT_GT(total, 0);
   EXPECT_LT(error / total, 0.02);
+}
+
+// Points, spots and the sun in a mirror: at every vertex what they bring themselves, and, where
+// their images show in the mirror, what these bring.
+TEST(Mirrors, ShowLights) {
+  Scene scene;
+  scene.materials = {{"black", Rgb(0.0), Rgb(0.0)}, {"mirror", Rgb(0.0), Rgb(0.0)}};
+  scene.materials[1].specular = 0.8;
+  scene.vertices = {{0, -2, 0}, {4, -2, 0}, {4, 2, 0}, {0, 2, 0},
+                    {0, -1, 0}, {0, 1, 0},  {0, 1, 1}, {0, -1, 1}};
+  scene.polygons = {{.vertices = {0, 1, 2, 3}, .sides = kFrontTakesPart},
+                    {.vertices = {4, 5, 6, 7}, .material = 1, .sides = kFrontTakesPart}};
+  scene.file_polygon_count = 2;
+  Light point, spot, sun;
+  point.position_m = {1, 0.5, 1.5};
+  point.intensity = Rgb(3);
+  spot.kind = LightKind::kSpot;
+  spot.position_m = {2, -0.5, 0.5};
+  spot.direction = {-1, 0, 0};
+  spot.cosine_full = 0.99;
+  spot.cosine_none = 0.9;
+  spot.intensity = Rgb(10);
+  sun.kind = LightKind::kDirectional;
+  sun.direction = glm::normalize(Vec3(-1, 0.2, -0.5));
+  sun.intensity = Rgb(1);
+  scene.lights = {point, spot, sun};
+  const SolveResult result = Solve(scene, 0.02);
+  // Where the line from x to an image passes x = 0.
+  const auto shows = [](const Vec3& at) { return std::abs(at.y) < 1 && at.z > 0 && at.z < 1; };
+  const auto edge = [](const Vec3& at) {
+    return std::min(std::abs(std::abs(at.y) - 1), std::abs(at.z - 1)) < 0.02;
+  };
+  double error = 0, total = 0, mirrored = 0;
+  for (const PatchVertex& vertex : result.patch.vertices) {
+    const Vec3& x = vertex.position;
+    if (x.z > 1e-9 || x.x < 0.05) continue;
+    double expected = 0;
+    bool near_edge = false;
+    const auto add = [&](const Vec3& towards, double irradiance, bool image) {
+      const Vec3 at = x - x.x / towards.x * towards;
+      near_edge = near_edge || (image && edge(at));
+      if (image && !shows(at)) return;
+      expected += (image ? 0.8 : 1) * irradiance;
+      if (image) mirrored += 0.8 * irradiance;
+    };
+    for (const bool image : {false, true}) {
+      const Vec3 flip(image ? -1 : 1, 1, 1);
+      for (const Light& light : {point, spot}) {
+        const Vec3 d = flip * light.position_m - x;
+        const double distance = glm::length(d);
+        const Vec3 from = flip * (-d / distance);  // as it leaves the light itself
+        const double intensity = IntensityTowards(light, {}, from).x;
+        add(d, intensity * d.z / std::pow(distance, 3), image);
+      }
+      add(-flip * sun.direction, -sun.direction.z, image);
+    }
+    if (near_edge) continue;
+    error += std::abs(vertex.irradiance[0] - expected);
+    total += expected;
+  }
+  EXPECT_GT(mirrored / total, 0.05);
+  EXPECT_LT(error / total, 1e-3);
+}
+
+// With lights and half-blind mirrors all that arrives is absorbed once.
+TEST(Mirrors, EnergyOfLightsBalances) {
+  Scene scene = Room(1, {});
+  for (const uint32_t p : {0U, 3U}) MakeMirror(scene, p, 0.6);
+  Light light;
+  light.position_m = {.4, .3, 1};
+  light.intensity = Rgb(1);
+  scene.lights = {light};
+  const SolveResult result = Solve(scene, 0.02);
+  EXPECT_LT(Imbalance(result), 5e-3);
+  EXPECT_NEAR(result.summary.rounds.back().emitted_w[0] / (4 * std::numbers::pi), 1, 0.01);
 }
 
 // Everything a lamp sends into a room of half-blind mirrors and grey walls is absorbed.

@@ -108,7 +108,7 @@ std::vector<GivenIrradiance> Shard::Impl::StartLights() {
   lights.reset();
   if (scene->lights.empty() && !scene->sky.exists()) return {};
   if (!plan.lights && !plan.sun && !plan.sky) return {};
-  lights.emplace(hierarchy, rays, scout, plan, options.accuracy, options.seed);
+  lights.emplace(hierarchy, rays, mirrors, scout, plan, options.accuracy, options.seed);
   std::vector<GivenIrradiance> given(hierarchy.surfaces().size());
   pool.For(given.size(), 64, [&](size_t begin, size_t end, int) {
     for (size_t s = begin; s < end; ++s) given[s] = lights->OverSurface(static_cast<uint32_t>(s));

@@ -13,13 +13,12 @@ Status AddEnergy(const LeafSystem& leaves, std::span<const Lanes> irradiance,
     for (int c = 0; c < 3; ++c) {
       const double h = irradiance[i][c], rho = leaves.reflectance[i][c], e = leaves.exitance[i][c];
       energy.sums[c].Add(leaves.area_m2[i] * e);
-      if (!leaves.given.empty()) energy.sums[c].Add(leaves.area_m2[i] * leaves.given[i][c]);
-      energy.sums[3 + c].Add(leaves.area_m2[i] * (1 - rho) * h);
-      if (!leaves.specular.empty()) {
-        // Of what lights send straight onto a mirror nothing is reflected.
-        const double given = leaves.given.empty() ? 0.0 : leaves.given[i][c];
-        energy.sums[3 + c].Add(-leaves.area_m2[i] * leaves.specular[i] * (h - given));
+      const double specular = leaves.specular.empty() ? 0.0 : leaves.specular[i];
+      // What mirrors reflect of it is given to others.
+      if (!leaves.given.empty()) {
+        energy.sums[c].Add(leaves.area_m2[i] * (1 - specular) * leaves.given[i][c]);
       }
+      energy.sums[3 + c].Add(leaves.area_m2[i] * (1 - rho - specular) * h);
       energy.sums[6 + c].Add(leaves.area_m2[i] * escape[i] * (e + rho * h));
     }
   }

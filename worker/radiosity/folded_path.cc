@@ -1,6 +1,7 @@
 #include "worker/radiosity/folded_path.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "worker/radiosity/escape.h"
 
@@ -10,6 +11,12 @@ namespace {
 // Rays are followed until less than this is left of their light.
 constexpr double kLeastLight = 1e-3;
 constexpr int kMostReflections = 1000;
+
+// Where a leg of a path ends.
+struct Goal {
+  Vec3 point{0.0};
+  uint32_t polygon = 0;
+};
 
 Vec3 PointOf(const std::array<FloatLanes, 3>& points, int i) {
   return {points[0][i], points[1][i], points[2][i]};
@@ -29,32 +36,34 @@ uint32_t VisibleThrough(const RayScene& rays, const Mirrors& mirrors, const Mirr
     leg.from_polygon.fill(0);
     for (int i = 0; i < RayScene::kPacket; ++i) {
       if ((passing >> i & 1) == 0) continue;
-      const auto [to, polygon] = next(i);
-      if (polygon == Mirrors::kNone) {
+      const std::optional<Goal> goal = next(i);
+      if (!goal) {
         passing &= ~(1U << i);
         continue;
       }
-      leg.Set(i, {at[i], to, at_polygon[i], polygon});
-      at[i] = to;
-      at_polygon[i] = polygon;
+      leg.Set(i, {at[i], goal->point, at_polygon[i], goal->polygon});
+      at[i] = goal->point;
+      at_polygon[i] = goal->polygon;
     }
     if (look && passing != 0) passing &= rays.Visible(leg);
   };
   for (const MirrorOpening& opening : image.openings) {
     if (passing == 0) return 0;
-    leg_to([&](int i) -> std::pair<Vec3, uint32_t> {
+    leg_to([&](int i) -> std::optional<Goal> {
       const Vec3 from = PointOf(packet.from, i), to = PointOf(packet.to, i);
       const double before = opening.HeightOf(from), behind = -opening.HeightOf(to);
-      if (!(before > 0 && behind > 0)) return {from, Mirrors::kNone};
+      if (!(before > 0 && behind > 0)) return {};
       const double share = before / (before + behind);
-      if (share < way[i]) return {from, Mirrors::kNone};
+      if (share < way[i]) return {};
       way[i] = share;
       const Vec3 point = opening.to_scene.Point(from + share * (to - from));
-      return {point, mirrors.PolygonAt(opening.plane, point)};
+      const uint32_t polygon = mirrors.PolygonAt(opening.plane, point);
+      if (polygon == Mirrors::kNone) return {};
+      return Goal{point, polygon};
     });
   }
-  leg_to([&](int i) -> std::pair<Vec3, uint32_t> {
-    return {image.back.Point(PointOf(packet.to, i)), packet.to_polygon[i]};
+  leg_to([&](int i) -> std::optional<Goal> {
+    return Goal{image.back.Point(PointOf(packet.to, i)), packet.to_polygon[i]};
   });
   return passing;
 }

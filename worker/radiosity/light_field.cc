@@ -9,6 +9,7 @@
 #include "common/util/angles.h"
 #include "common/util/random.h"
 #include "worker/coupling/lanes.h"
+#include "worker/radiosity/folded_path.h"
 #include "worker/radiosity/polygon_sampler.h"
 
 namespace isolux {
@@ -104,8 +105,7 @@ LightField::Arrival LightField::ArrivalAt(const Source& source, const Vec3& poin
   const double distance2 = glm::dot(d, d), distance = std::sqrt(distance2);
   const double height = glm::dot(normal, d);
   if (!(height > 0) || !(distance2 > 0)) return {light.position_m, 0, Rgb(0.0)};
-  return {light.position_m, height / (distance2 * distance),
-          IntensityTowards(light, hierarchy_.scene().photometries, -d / distance)};
+  return {light.position_m, height / (distance2 * distance), Intensity(source, -d / distance)};
 }
 
 double LightField::AreaShare(const ConvexPolygon& polygon) const {
@@ -138,21 +138,20 @@ struct LightField::Samples {
   std::array<Vec3, RayScene::kPacket> rim;           // corners and middles of sides
 };
 
-LightField::LightField(const Hierarchy& hierarchy, const RayScene& rays, const Scout& scout,
-                       const EffectsPlan& plan, double accuracy, uint64_t seed)
+LightField::LightField(const Hierarchy& hierarchy, const RayScene& rays, const Mirrors& mirrors,
+                       const Scout& scout, const EffectsPlan& plan, double accuracy, uint64_t seed)
     : hierarchy_(hierarchy),
       rays_(rays),
+      mirrors_(mirrors),
       shadows_(plan.occlusion),
       seed_(seed),
       far_m_(2 * hierarchy.extent_m()),
       finest_(accuracy < kFineAccuracy ? 2 * kFinestCells : kFinestCells) {
   for (const Light& light : hierarchy.scene().lights) {
     if (!(light.is_sun() ? plan.sun : plan.lights)) continue;
-    const Vec3& d = light.direction;
-    const Vec3 side =
-        glm::normalize(glm::cross(d, std::abs(d.x) < 0.5 ? Vec3(1, 0, 0) : Vec3(0, 1, 0)));
-    (light.is_sun() ? suns_ : lights_).push_back({light, side, glm::cross(d, side)});
+    AddSource(light, nullptr);
     power_w_ += BroughtPower(hierarchy, light);
+    for (const MirrorImage& image : mirrors.images()) AddSource(light, &image);
   }
   const Sky& sky = hierarchy.scene().sky;
   if (!plan.sky || !sky.exists()) return;
@@ -167,6 +166,35 @@ LightField::LightField(const Hierarchy& hierarchy, const RayScene& rays, const S
     const double open = escape_.back();
     power_w_ += std::numbers::pi * hierarchy.surface_area_m2(s) * open * sky.MeanRadiance();
   }
+}
+
+void LightField::AddSource(const Light& light, const MirrorImage* image) {
+  Source source{light, {}, {}, image, light};
+  if (image != nullptr) {
+    source.light.position_m = image->image.Point(light.position_m);
+    source.light.direction = image->image.Direction(light.direction);
+    source.light.intensity *= image->share;
+  }
+  const Vec3& d = source.light.direction;
+  source.side = glm::normalize(glm::cross(d, std::abs(d.x) < 0.5 ? Vec3(1, 0, 0) : Vec3(0, 1, 0)));
+  source.across = glm::cross(d, source.side);
+  (light.is_sun() ? suns_ : lights_).push_back(source);
+}
+
+// Towards where a point or spot sends it, or its image seems to.
+Rgb LightField::Intensity(const Source& source, const Vec3& direction) const {
+  const auto& tables = hierarchy_.scene().photometries;
+  if (source.image == nullptr) return IntensityTowards(source.light, tables, direction);
+  return source.image->share *
+         IntensityTowards(source.original, tables, source.image->back.Direction(direction));
+}
+
+uint32_t LightField::Reaches(const Source& source, const RayPacket& packet) const {
+  if (packet.valid == 0) return 0;
+  if (source.image != nullptr) {
+    return VisibleThrough(rays_, mirrors_, *source.image, packet, shadows_);
+  }
+  return shadows_ ? rays_.Visible(packet) : packet.valid;
 }
 
 GivenIrradiance LightField::Over(const NodeId& id, const ConvexPolygon& polygon) const {
@@ -260,7 +288,7 @@ LightField::Look LightField::LookAt(const Source& source, const Samples& samples
     }
   }
   look.lit = packet.valid;
-  look.free = shadows_ && packet.valid != 0 ? rays_.Visible(packet) : packet.valid;
+  look.free = Reaches(source, packet);
   return look;
 }
 
@@ -289,9 +317,9 @@ void LightField::AddLight(const Source& source, const NodeId& id, const ConvexPo
     }
     reached += look.reached();
     hidden += look.hidden();
-    if (shadows_) sum->rays += static_cast<uint32_t>(std::popcount(look.lit));
+    if (MayBeHidden(source)) sum->rays += static_cast<uint32_t>(std::popcount(look.lit));
   }
-  if (shadows_) {  // borders of shadows cross the rim
+  if (MayBeHidden(source)) {  // borders of shadows cross the rim
     const Look rim = LookAt(source, samples, own, samples.rim, 0);
     reached += rim.reached();
     hidden += rim.hidden();
@@ -305,7 +333,8 @@ void LightField::AddLight(const Source& source, const NodeId& id, const ConvexPo
   const double range = UnoccludedRange(source, samples.inside, samples.normal, least, most);
   AddDoubt({unoccluded, SumOf(whole) > 0 ? SumOf(seen) / SumOf(whole) : 0.0, range,
             std::max(most, unoccluded), reached > 0, hidden > 0,
-            light.kind == LightKind::kSpot || light.kind == LightKind::kPhotometric},
+            light.kind == LightKind::kSpot || light.kind == LightKind::kPhotometric,
+            MayBeHidden(source)},
            sum);
 }
 
@@ -317,10 +346,10 @@ void LightField::AddDoubt(const Doubt& doubt, GivenIrradiance* sum) const {
     sum->border += kBorder * doubt.most;
   } else {
     sum->range += doubt.range * (doubt.reaches ? 1.0 : kUnseen);
-    if (shadows_) sum->range += kUnseen * doubt.unoccluded;
+    if (doubt.may_be_hidden) sum->range += kUnseen * doubt.unoccluded;
   }
   const double visibility = partly ? std::sqrt(doubt.share * (1 - doubt.share)) : 0.0;
-  const double deviation = shadows_ ? std::max(visibility, kUnseen) : 0.0;
+  const double deviation = doubt.may_be_hidden ? std::max(visibility, kUnseen) : 0.0;
   // Intensities that vary are summed over the samples: their deviation is about 0.3 of the range.
   const double uneven = doubt.uneven ? 0.3 * doubt.range : 0.0;
   sum->error += (deviation * doubt.unoccluded + uneven) / std::sqrt(kSamples);
@@ -376,8 +405,8 @@ Rgb LightField::FromSun(const Source& sun, const LitPoint& point, uint64_t* rays
       if (!(SumOf(irradiance) > 0)) return Rgb(0.0);
       packet.Set(i, {point.position, arrival.from, point.polygon, RayHit::kNothing});
     }
-    if (!shadows_) return irradiance;
-    seen += std::popcount(rays_.Visible(packet));
+    if (!MayBeHidden(sun)) return irradiance;
+    seen += std::popcount(Reaches(sun, packet));
     looked += RayScene::kPacket;
     *rays += RayScene::kPacket;
     if (looked == 16 && seen > 0 && seen < looked) wanted = 64;
@@ -395,6 +424,25 @@ SkyOpenings LightField::OpeningsOf(const NodeId& id, const ConvexPolygon& polygo
                           AreaShare(polygon) < kSmallShare ? kLeafCells / 2 : kLeafCells);
 }
 
+// Of rays to lights from `first` on: those to lights straight together, others one by one.
+uint32_t LightField::FreeOf(size_t first, const RayPacket& packet) const {
+  RayPacket part = packet;
+  uint32_t free = 0, straight = 0;
+  for (uint32_t left = packet.valid; left != 0; left &= left - 1) {
+    const auto i = static_cast<size_t>(std::countr_zero(left));
+    const Source& source = lights_[first + i];
+    if (source.image == nullptr) {
+      straight |= 1U << i;
+      continue;
+    }
+    part.valid = 1U << i;
+    free |= Reaches(source, part);
+  }
+  part.valid = straight;
+  if (straight != 0) free |= shadows_ ? rays_.Visible(part) : straight;
+  return free;
+}
+
 Rgb LightField::At(const LitPoint& point, const SkyOpenings& openings, uint64_t* rays) const {
   Rgb irradiance(0.0);
   for (size_t first = 0; first < lights_.size(); first += RayScene::kPacket) {
@@ -409,7 +457,7 @@ Rgb LightField::At(const LitPoint& point, const SkyOpenings& openings, uint64_t*
       }
     }
     if (packet.valid == 0) continue;
-    const uint32_t free = shadows_ ? rays_.Visible(packet) : packet.valid;
+    const uint32_t free = FreeOf(first, packet);
     if (shadows_) *rays += static_cast<uint64_t>(std::popcount(packet.valid));
     for (size_t i = 0; i < count; ++i) {
       if ((free >> i & 1) != 0) irradiance += arrivals[i].irradiance();

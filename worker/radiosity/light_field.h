@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "common/hierarchy/mirrors.h"
 #include "common/scene/effects_plan.h"
 #include "common/scene/scene.h"
 #include "worker/radiosity/escape.h"
@@ -31,11 +32,11 @@ struct GivenIrradiance {
 
 class LightField {
  public:
-  // Of the lights that the plan wants. Keeps references; without obstacles where the plan says so.
-  // The sky is not looked for where the scout has found a closed component. `accuracy`: of the
-  // output, which says how closely to look at the sky.
-  LightField(const Hierarchy& hierarchy, const RayScene& rays, const Scout& scout,
-             const EffectsPlan& plan, double accuracy, uint64_t seed);
+  // Of the lights that the plan wants, and their images in mirrors. Keeps references; without
+  // obstacles where the plan says so. The sky is not looked for where the scout has found a closed
+  // component. `accuracy`: of the output, which says how closely to look at the sky.
+  LightField(const Hierarchy& hierarchy, const RayScene& rays, const Mirrors& mirrors,
+             const Scout& scout, const EffectsPlan& plan, double accuracy, uint64_t seed);
 
   // No less than what all lights bring without obstacles, W.
   Rgb power_w() const { return power_w_; }
@@ -54,10 +55,13 @@ class LightField {
   Rgb At(const LitPoint& point, const SkyOpenings& openings, uint64_t* rays) const;
 
  private:
-  // A light, and two directions across it.
+  // A light, and two directions across it; or, where `image` is not null, the image of one, with
+  // what the mirrors leave of its intensity, and the light itself.
   struct Source {
     Light light;
     Vec3 side{0.0}, across{0.0};
+    const MirrorImage* image = nullptr;
+    Light original = {};
   };
   struct Arrival;
   struct Samples;
@@ -68,13 +72,20 @@ class LightField {
     double range, most;        // without obstacles
     bool reaches, is_hidden;   // somewhere
     bool uneven;               // whether its intensity varies by direction
+    bool may_be_hidden;        // from some points
   };
 
   Arrival ArrivalAt(const Source& source, const Vec3& point, const Vec3& normal,
                     const std::array<double, 2>& disc) const;
+  void AddSource(const Light& light, const MirrorImage* image);
+  Rgb Intensity(const Source& source, const Vec3& direction) const;
+  // The bits of the rays to a source that arrive.
+  uint32_t Reaches(const Source& source, const RayPacket& packet) const;
+  bool MayBeHidden(const Source& source) const { return shadows_ || source.image != nullptr; }
   Look LookAt(const Source& source, const Samples& samples, uint32_t polygon,
               std::span<const Vec3> points, size_t first) const;
   double AreaShare(const ConvexPolygon& polygon) const;
+  uint32_t FreeOf(size_t first, const RayPacket& packet) const;
   Rgb FromSun(const Source& sun, const LitPoint& point, uint64_t* rays) const;
   double UnoccludedRange(const Source& source, const ConvexPolygon& inside, const Vec3& normal,
                          double least, double most) const;
@@ -87,6 +98,7 @@ class LightField {
 
   const Hierarchy& hierarchy_;
   const RayScene& rays_;
+  const Mirrors& mirrors_;
   bool shadows_;
   uint64_t seed_;
   double far_m_;                       // beyond all of the scene

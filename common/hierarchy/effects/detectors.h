@@ -27,7 +27,8 @@ Rgb SkyPower(const Hierarchy& hierarchy);
 bool ShinesFromOutside(const Hierarchy& hierarchy, const Light& light);
 
 // mirrors.cc
-Effect DetectMirrors(const Hierarchy& hierarchy);
+// accuracy: of the irradiance, which says how many images it takes.
+Effect DetectMirrors(const Hierarchy& hierarchy, double accuracy);
 
 // colour.cc
 Effect DetectColour(const Hierarchy& hierarchy);

@@ -11,12 +11,12 @@ namespace {
 // Shares of the accuracy that one effect may cost, and all together.
 constexpr double kShareOfOne = 1.0 / 5, kShareOfAll = 1.0 / 2;
 
-std::vector<Effect> DetectAll(const Hierarchy& hierarchy) {
+std::vector<Effect> DetectAll(const Hierarchy& hierarchy, double accuracy) {
   const Scene& scene = hierarchy.scene();
   return {
       DetectColour(hierarchy),   DetectOcclusion(hierarchy), DetectInterreflection(hierarchy),
       DetectClosure(hierarchy),  DetectTwoSided(hierarchy),  DetectTextures(scene),
-      DetectEmissionMaps(scene), DetectOpacityMaps(scene),   DetectMirrors(hierarchy),
+      DetectEmissionMaps(scene), DetectOpacityMaps(scene),   DetectMirrors(hierarchy, accuracy),
       DetectGloss(scene),        DetectClearGlass(scene),    DetectLights(hierarchy),
       DetectSun(hierarchy),      DetectSky(hierarchy),
   };
@@ -89,7 +89,7 @@ void TakeBackBounds(std::vector<Effect>* effects) {
 
 EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const EffectsChoice& choice) {
   EffectsTable table;
-  table.effects = DetectAll(hierarchy);
+  table.effects = DetectAll(hierarchy, accuracy);
   TakeBackBounds(&table.effects);
   for (Effect& effect : table.effects) {
     if (effect.support == Support::kSwitchable) {
