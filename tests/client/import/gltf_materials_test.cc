@@ -107,7 +107,8 @@ TEST_F(GltfMaterials, SpecularGlossiness) {
   ExpectNear(scene.materials[0].reflectance, {0.1, 0.2, 0.3});
   EXPECT_EQ(CountOf(scene, Repair::kGlossy), 0U);
   scene = Read(material({{"diffuseFactor", {0, 0, 0, 1}}, {"glossinessFactor", 0.9}}));
-  EXPECT_EQ(CountOf(scene, Repair::kMirror), 1U);
+  EXPECT_EQ(CountOf(scene, Repair::kMirror), 0U);
+  EXPECT_EQ(scene.materials[0].specular, 1);
   ExpectNear(Read(material(Json::object())).materials[0].reflectance, Rgb(0.98));
   EXPECT_THAT(ErrorOf(material({{"diffuseFactor", {0.1, "x", 0.3}}})), HasSubstr("diffuseFactor"));
   EXPECT_THAT(ErrorOf(material({{"diffuseFactor", {0.1, -1, 0.3}}})), HasSubstr("diffuseFactor"));
