@@ -50,13 +50,22 @@ class PathTracer {
     for (int bounce = 0; bounce < 1000; ++bounce) {
       sum += weight * FromLights(place, random);
       Place next;
+      Vec3 direction(0.0);
       double cosine_pdf = 0;
-      if (!Bounce(place, random, next, cosine_pdf)) break;
-      const Surface& surface = hierarchy_.surfaces()[next.surface];
+      if (!Bounce(place, random, next, direction, cosine_pdf)) break;
       // What a cosine-distributed ray meets: its exitance is the sample of the irradiance.
       const double light_pdf = LightPdf(next.surface);
-      sum += weight * surface.exitance * (cosine_pdf / (cosine_pdf + light_pdf));
-      weight *= surface.reflectance;
+      sum += weight * SurfaceAt(next).exitance * (cosine_pdf / (cosine_pdf + light_pdf));
+      // Mirrors by chance: nothing else samples what they show.
+      bool arrives = true;
+      while (arrives && random.Unit() < SpecularAt(next)) {
+        const Vec3 n = NormalOf(next.surface);
+        direction -= 2 * glm::dot(n, direction) * n;
+        arrives = Follow(next, direction, next);
+        if (arrives) sum += weight * SurfaceAt(next).exitance;
+      }
+      if (!arrives || SpecularAt(next) == 1) break;
+      weight *= SurfaceAt(next).reflectance / (1 - SpecularAt(next));
       const double go_on = std::min(0.98, std::max({weight.x, weight.y, weight.z}));
       if (random.Unit() >= go_on) break;
       weight /= go_on;
@@ -97,14 +106,30 @@ class PathTracer {
     return hierarchy_.surfaces()[s].exitance * (kernel / (pdf + kernel));
   }
 
-  bool Bounce(const Place& place, Random& random, Place& next, double& pdf) const {
+  const Surface& SurfaceAt(const Place& place) const {
+    return hierarchy_.surfaces()[place.surface];
+  }
+  double SpecularAt(const Place& place) const {
+    const Scene& scene = hierarchy_.scene();
+    return scene.materials[scene.polygons[SurfaceAt(place).polygon].material].specular;
+  }
+
+  bool Bounce(const Place& place, Random& random, Place& next, Vec3& direction, double& pdf) const {
     const Vec3 n = NormalOf(place.surface);
     const Vec3 s =
         glm::normalize(glm::cross(n, std::abs(n.x) < 0.5 ? Vec3(1, 0, 0) : Vec3(0, 1, 0)));
     const double r = std::sqrt(random.Unit()), phi = 2 * kPi * random.Unit();
     const double height = std::sqrt(std::max(1e-12, 1 - r * r));
-    const Vec3 direction =
-        r * std::cos(phi) * s + r * std::sin(phi) * glm::cross(n, s) + height * n;
+    direction = r * std::cos(phi) * s + r * std::sin(phi) * glm::cross(n, s) + height * n;
+    if (!Follow(place, direction, next)) return false;
+    const Vec3 d = next.position - place.position;
+    pdf = height * -glm::dot(NormalOf(next.surface), direction) / (kPi * glm::dot(d, d));
+    return true;
+  }
+
+  // What a ray meets first, where that is a side that takes part. `next` may be `place`.
+  bool Follow(const Place& from, const Vec3& direction, Place& next) const {
+    const Place place = from;
     std::array<Escape, RayScene::kPacket> rays;
     rays[0] = {place.position, direction, hierarchy_.surfaces()[place.surface].polygon};
     const RayHit hit = rays_.Trace(rays, 1)[0];
@@ -116,7 +141,6 @@ class PathTracer {
     if (!(facing > 0)) return false;
     const double t = glm::dot(m, hierarchy_.geometry(next.surface).v[0] - place.position) / -facing;
     next.position = place.position + t * direction;
-    pdf = height * facing / (kPi * t * t);
     return t > 0;
   }
 

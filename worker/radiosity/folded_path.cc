@@ -68,20 +68,29 @@ uint32_t VisibleThrough(const RayScene& rays, const Mirrors& mirrors, const Mirr
   return passing;
 }
 
-double EscapedShare(const RayScene& rays, const Mirrors& mirrors, Escape ray, RayHit hit,
-                    const Hierarchy& hierarchy) {
-  double light = 1;
-  for (int i = 0; i < kMostReflections; ++i) {
-    if (!TakesPart(hierarchy.scene(), hit)) return light;
-    light *= mirrors.ShareOf(hit.polygon, hit.side);
-    if (light < kLeastLight) return 0;
+RayEnd EndOf(const RayScene& rays, const Mirrors& mirrors, Escape ray, RayHit hit,
+             const Hierarchy& hierarchy) {
+  RayEnd end;
+  for (end.hit = hit; end.reflections < kMostReflections; ++end.reflections) {
+    end.direction = ray.direction;
+    const double share =
+        hit.polygon == RayHit::kNothing ? 0.0 : mirrors.ShareOf(hit.polygon, hit.side);
+    if (end.share * share < kLeastLight) break;
+    end.share *= share;
     const Vec3 normal = SideGeometry(hierarchy.scene(), hit.polygon, hit.side).Normal();
     ray.from += hit.distance * ray.direction;
     ray.direction -= 2 * glm::dot(normal, ray.direction) * normal;
     ray.from_polygon = hit.polygon;
-    hit = rays.Trace({ray}, 1)[0];
+    end.hit = hit = rays.Trace({ray}, 1)[0];
   }
-  return 0;
+  return end;
+}
+
+double EscapedShare(const RayScene& rays, const Mirrors& mirrors, const Escape& ray,
+                    const RayHit& hit, const Hierarchy& hierarchy) {
+  if (TakesPart(hierarchy.scene(), hit) && mirrors.empty()) return 0;
+  const RayEnd end = EndOf(rays, mirrors, ray, hit, hierarchy);
+  return TakesPart(hierarchy.scene(), end.hit) ? 0 : end.share;
 }
 
 }  // namespace isolux

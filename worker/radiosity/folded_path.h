@@ -13,9 +13,18 @@ namespace isolux {
 uint32_t VisibleThrough(const RayScene& rays, const Mirrors& mirrors, const MirrorImage& image,
                         const RayPacket& packet, bool look);
 
-// Share of a ray's light that leaves the scene, mirrors followed, when `hit` is what it meets
-// first.
-double EscapedShare(const RayScene& rays, const Mirrors& mirrors, Escape ray, RayHit hit,
-                    const Hierarchy& hierarchy);
+// Where a ray ends, mirrors followed, when `hit` is what it meets first.
+struct RayEnd {
+  double share = 1;  // of its light, that the mirrors leave; below a thousandth it is not followed
+  int reflections = 0;
+  RayHit hit;  // that is no mirror, or one it is not followed from
+  Vec3 direction{0.0};
+};
+RayEnd EndOf(const RayScene& rays, const Mirrors& mirrors, Escape ray, RayHit hit,
+             const Hierarchy& hierarchy);
+
+// Share of a ray's light that leaves the scene.
+double EscapedShare(const RayScene& rays, const Mirrors& mirrors, const Escape& ray,
+                    const RayHit& hit, const Hierarchy& hierarchy);
 
 }  // namespace isolux

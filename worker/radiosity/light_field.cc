@@ -155,7 +155,7 @@ LightField::LightField(const Hierarchy& hierarchy, const RayScene& rays, const M
   }
   const Sky& sky = hierarchy.scene().sky;
   if (!plan.sky || !sky.exists()) return;
-  sky_.emplace(sky, rays, far_m_, shadows_);
+  sky_.emplace(hierarchy, rays, mirrors, far_m_, shadows_);
   for (size_t i = 0; i < sky.texels.size(); i += 3) {
     brightest_sky_ =
         glm::max(brightest_sky_, Rgb(sky.texels[i], sky.texels[i + 1], sky.texels[i + 2]));

@@ -8,6 +8,7 @@
 
 #include "common/util/angles.h"
 #include "common/util/random.h"
+#include "worker/radiosity/folded_path.h"
 #include "worker/radiosity/polygon_sampler.h"
 
 namespace isolux {
@@ -95,10 +96,10 @@ class SkyField::Hemisphere {
   }
 
   uint32_t rays() const { return seen_.rays; }
-  static bool IsOpen(uint8_t state) { return state == kOpen; }
+  static bool IsOpen(uint8_t state) { return state == kOpen || state == kMirrored; }
 
  private:
-  static constexpr uint8_t kUnknown = 0, kHidden = 1, kOpen = 2;
+  static constexpr uint8_t kUnknown = 0, kHidden = 1, kOpen = 2, kMirrored = 3;
 
   int Cells(int level) const { return cells_ << level; }
 
@@ -126,16 +127,33 @@ class SkyField::Hemisphere {
       }
       const uint32_t open = field_.shadows_ ? field_.rays_.Visible(packet) : packet.valid;
       if (field_.shadows_) seen_.rays += static_cast<uint32_t>(count);
+      const bool mirrors = field_.shadows_ && !field_.mirrors_.empty();
       for (int i = 0; i < count; ++i) {
         const size_t at = first + static_cast<size_t>(i);
         const bool is_open = (open >> i & 1) != 0;
         State(level, cells[at]) = is_open ? kOpen : kHidden;
+        if (!is_open && mirrors && InMirrors(packet, i, directions[i], &radiance[at])) {
+          State(level, cells[at]) = kMirrored;
+        }
         if (!is_open) continue;
         radiance[at] = field_.sky_.RadianceFrom(directions[i]);
         brightest_ = std::max(brightest_, SumOf(radiance[at]));
       }
     }
     return radiance;
+  }
+
+  // Whether a ray that meets something meets the sky by way of mirrors, and with what radiance.
+  bool InMirrors(const RayPacket& packet, int i, const Vec3& direction, Rgb* radiance) {
+    const Vec3 from(packet.from[0][i], packet.from[1][i], packet.from[2][i]);
+    const Escape ray{from, direction, packet.from_polygon[i]};
+    const RayEnd end = EndOf(field_.rays_, field_.mirrors_, ray, field_.rays_.Trace({ray}, 1)[0],
+                             field_.hierarchy_);
+    seen_.rays += static_cast<uint32_t>(1 + end.reflections);
+    if (end.reflections == 0 || end.hit.polygon != RayHit::kNothing) return false;
+    *radiance = end.share * field_.sky_.RadianceFrom(end.direction);
+    brightest_ = std::max(brightest_, SumOf(*radiance));
+    return true;
   }
 
   uint8_t& State(int level, const Cell& cell) {
@@ -173,8 +191,14 @@ class SkyField::Hemisphere {
   double variance_ = 0, brightest_ = 0;
 };
 
-SkyField::SkyField(const Sky& sky, const RayScene& rays, double far_m, bool shadows)
-    : sky_(sky), rays_(rays), far_m_(far_m), shadows_(shadows) {}
+SkyField::SkyField(const Hierarchy& hierarchy, const RayScene& rays, const Mirrors& mirrors,
+                   double far_m, bool shadows)
+    : hierarchy_(hierarchy),
+      sky_(hierarchy.scene().sky),
+      rays_(rays),
+      mirrors_(mirrors),
+      far_m_(far_m),
+      shadows_(shadows) {}
 
 SkyOpenings SkyField::OpeningsOf(const ConvexPolygon& inside, const LitPoint& any,
                                  int cells) const {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/hierarchy/mirrors.h"
 #include "common/scene/scene.h"
 #include "worker/radiosity/ray_scene.h"
 
@@ -33,8 +34,9 @@ class SkyField {
     uint32_t rays = 0;
   };
 
-  // Keeps references; without obstacles where `shadows` is false.
-  SkyField(const Sky& sky, const RayScene& rays, double far_m, bool shadows);
+  // Keeps references; without obstacles, and so without mirrors, where `shadows` is false.
+  SkyField(const Hierarchy& hierarchy, const RayScene& rays, const Mirrors& mirrors, double far_m,
+           bool shadows);
 
   // Of an element drawn in from its sides (polygon_sampler.h): by a ray through each of `cells`
   // times `cells`, which are joined where many see the sky.
@@ -47,8 +49,10 @@ class SkyField {
  private:
   class Hemisphere;
 
+  const Hierarchy& hierarchy_;
   const Sky& sky_;
   const RayScene& rays_;
+  const Mirrors& mirrors_;
   double far_m_;
   bool shadows_;
 };

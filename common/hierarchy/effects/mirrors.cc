@@ -1,7 +1,6 @@
 #include "common/hierarchy/mirrors.h"
 
 #include <algorithm>
-#include <numbers>
 
 #include "common/hierarchy/effects/detectors.h"
 #include "common/hierarchy/effects/landing.h"
@@ -36,29 +35,14 @@ double BoundOf(const Hierarchy& hierarchy, std::span<const MirrorPlane> planes) 
   return std::min(largest, share) / rest;
 }
 
-// Images for which there is no room, and what the sky sends straight onto mirrors.
-std::string WhatIsLeftOut(const Hierarchy& hierarchy, std::span<const MirrorPlane> planes,
-                          double accuracy) {
-  std::string text;
-  const double missing =
-      planes.size() > Mirrors::kMostPlanes ? 0.0 : Mirrors(hierarchy, accuracy).missing();
-  if (missing > 0) {
-    text += fmt::format(
-        "; images beyond the first {} are left out, each up to {:.2g} of what falls"
-        " on its mirrors",
-        Mirrors::kMostImages, missing);
-  }
-  const Sky& sky = hierarchy.scene().sky;
-  if (!sky.exists()) return text;
-  double brightest = 0, reflecting_m2 = 0;
-  for (size_t i = 0; i < sky.texels.size(); i += 3) {
-    brightest = std::max<double>(brightest, sky.texels[i] + sky.texels[i + 1] + sky.texels[i + 2]);
-  }
-  for (const MirrorPlane& plane : planes) reflecting_m2 += plane.share * plane.area_m2;
-  return text + fmt::format(
-                    "; of the sky that falls straight onto them nothing is reflected, up to"
-                    " {:.3g} W",
-                    std::numbers::pi * brightest * reflecting_m2);
+// Images for which there is no room.
+std::string WhatIsLeftOut(const Hierarchy& hierarchy, double accuracy) {
+  const double missing = Mirrors(hierarchy, accuracy).missing();
+  if (!(missing > 0)) return {};
+  return fmt::format(
+      "; images beyond the first {} are left out, each up to {:.2g} of what falls on"
+      " its mirrors",
+      Mirrors::kMostImages, missing);
 }
 
 }  // namespace
@@ -79,12 +63,13 @@ Effect DetectMirrors(const Hierarchy& hierarchy, double accuracy) {
   }
   effect.evidence = fmt::format("{:.4g} m² in {} plane{} reflect up to {:.3g} as mirrors", area_m2,
                                 planes.size(), planes.size() == 1 ? "" : "s", largest);
-  effect.evidence += WhatIsLeftOut(hierarchy, planes, accuracy);
   effect.bound = BoundOf(hierarchy, planes);
   if (planes.size() > Mirrors::kMostPlanes) {
     effect.support = Support::kNotSimulated;
     effect.reason =
         fmt::format("more than {} planes: taken as diffuse, with Kd", Mirrors::kMostPlanes);
+  } else {
+    effect.evidence += WhatIsLeftOut(hierarchy, accuracy);
   }
   return effect;
 }

@@ -95,6 +95,29 @@ TEST(SceneBytes, TheSkyFollows) {
   ExpectRefused(scene, "sky: not as many texels");
 }
 
+TEST(SceneBytes, MirrorsFollow) {
+  Scene scene = testing::FurnaceCube(0.2, 1);
+  const std::string without = Encode(scene);
+  scene.materials.back().specular = 0.5;
+  const std::string bytes = Encode(scene);
+  ASSERT_TRUE(Decode(bytes).has_value());
+  EXPECT_EQ(Decode(bytes)->materials.back().specular, 0.5);
+  EXPECT_EQ(Encode(*Decode(bytes)), bytes);
+  for (size_t length = without.size() + 1; length < bytes.size(); ++length) {
+    EXPECT_FALSE(Decode(bytes.substr(0, length)).has_value()) << length;
+  }
+  EXPECT_FALSE(Decode(bytes + '\0').has_value());
+  // Of a material that is not there; more than there are.
+  std::string damaged = bytes;
+  damaged[without.size() + 16] = 99;
+  EXPECT_FALSE(Decode(damaged).has_value());
+  damaged = bytes;
+  damaged[without.size() + 15] = 127;
+  EXPECT_FALSE(Decode(damaged).has_value());
+  scene.materials.back().specular = 0.9;
+  EXPECT_EQ(Validate(scene).code(), StatusCode::kInvalidArgument);
+}
+
 TEST(SceneCheck, RefusesLightsThatMakeNoSense) {
   Scene scene = testing::FurnaceCube(0.5, 1);
   scene.lights.resize(1);
