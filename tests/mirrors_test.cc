@@ -323,7 +323,7 @@ TEST(Mirrors, AgreeWithPathTracing) {
   EXPECT_LT(off.l1_relative, 0.02 + NoiseOf(points));
   EXPECT_EQ(off.unmatched, 0U);
   // Without mirrors it would be far off.
-  EXPECT_GT(Compare(Solve(scene, 0.1, "-mirrors").patch, points).value().l1_relative, 0.2);
+  EXPECT_GT(Compare(Solve(scene, 0.2, "-mirrors").patch, points).value().l1_relative, 0.2);
 }
 
 TEST(Mirrors, TheSameOnOneAndThreeWorkers) {
@@ -331,7 +331,7 @@ TEST(Mirrors, TheSameOnOneAndThreeWorkers) {
   for (const uint32_t p : {0U, 3U, 8U}) MakeMirror(scene, p, 0.6);
   SolveOptions options;
   options.accuracy = 0.1;
-  options.epsilons = {0.5, 0.1};
+  options.epsilons = {1, 0.3};
   const auto one = SolveInProcess(scene, options, 1, 2),
              three = SolveInProcess(scene, options, 3, 1);
   ASSERT_TRUE(one.has_value() && three.has_value());
@@ -386,6 +386,24 @@ TEST(Mirrors, NeglectCostsNoMoreThanItsBound) {
   EXPECT_FALSE(PlanEffects(Hierarchy(scene), 0.05, {}).plan.mirrors);
   EXPECT_TRUE(
       PlanEffects(Hierarchy(scene), 0.05, {EffectsChoice::Base::kAll, {}, {}}).plan.mirrors);
+}
+
+// Between mirrors all round there are more images than are kept; the table says what is lost, and
+// it is no less than what is found missing at the ceiling, which all light reaches in the end.
+TEST(Mirrors, WhatImagesLeaveOutIsSaid) {
+  BoxFaces faces;
+  faces.exitance[4] = Rgb(1);
+  Scene scene = BoxRoom({1, 1, 1}, faces);
+  for (uint32_t p = 0; p < 4; ++p) MakeMirror(scene, p, 1);
+  const EffectsTable table = PlanEffects(Hierarchy(scene), 0.02, {});
+  const auto row = std::ranges::find(table.effects, "mirrors", &Effect::name);
+  const auto at = row->evidence.find("are left out: ");
+  ASSERT_NE(at, std::string::npos) << row->evidence;
+  const double lost = std::stod(row->evidence.substr(at + 14));
+  const double found = 1 - PowerOn(Solve(scene, 0.02), 5);
+  EXPECT_GT(found, 0.005);
+  EXPECT_GT(lost, found);
+  EXPECT_LT(lost, found + 0.05);
 }
 
 // Images of a box of mirrors: every one has its reverse, paths fold back to where they came from.

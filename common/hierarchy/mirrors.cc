@@ -195,6 +195,22 @@ void Mirrors::PairImages() {
   images_ = std::move(kept);
 }
 
+bool Mirrors::Has(std::span<const uint32_t> planes) const {
+  return std::ranges::any_of(images_, [&](const MirrorImage& image) {
+    return std::ranges::equal(image.openings, planes, {}, &MirrorOpening::plane);
+  });
+}
+
+uint32_t Mirrors::PlaneOf(uint32_t polygon, Side side) const {
+  for (uint32_t p = 0; p < planes_.size(); ++p) {
+    for (const uint32_t s : planes_[p].surfaces) {
+      const Surface& surface = hierarchy_->surfaces()[s];
+      if (surface.polygon == polygon && surface.side == side) return p;
+    }
+  }
+  return kNone;
+}
+
 uint32_t Mirrors::PolygonAt(uint32_t plane, const Vec3& point) const {
   const Vec3& normal = planes_[plane].normal;
   for (const uint32_t s : planes_[plane].surfaces) {

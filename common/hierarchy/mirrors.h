@@ -67,6 +67,10 @@ class Mirrors {
   // Of the light on the mirrors, what one more image would have brought at most: 0 where none was
   // left out for want of room.
   double missing() const { return missing_; }
+  // Whether there is an image for light that meets these planes one after the other.
+  bool Has(std::span<const uint32_t> planes) const;
+  // Of the plane that a side is a mirror of; kNone where it is none.
+  uint32_t PlaneOf(uint32_t polygon, Side side) const;
   // Points within it of a plane or side count as on it.
   double tolerance_m() const { return 1e-6 * hierarchy_->extent_m(); }
 
