@@ -20,7 +20,7 @@ bool Agree(const RoundReport& a, const RoundReport& b) {
          same(a.error_closure, b.error_closure) && same(a.residual, b.residual) &&
          a.leaks.leaves == b.leaks.leaves && same(a.leaks.area_share, b.leaks.area_share) &&
          same(a.energy_imbalance, b.energy_imbalance) && a.emitted_w == b.emitted_w &&
-         a.absorbed_w == b.absorbed_w && a.escaped_w == b.escaped_w;
+         a.absorbed_w == b.absorbed_w && a.escaped_w == b.escaped_w && a.medium_w == b.medium_w;
 }
 
 void AddTo(const RoundReport& report, RoundSummary* row) {
@@ -149,6 +149,9 @@ void AddLastRound(const RoundSummary& last, Comments* comments) {
   comments->emplace_back("emitted_w", fmt::format("{}", fmt::join(last.emitted_w, " ")));
   comments->emplace_back("absorbed_w", fmt::format("{}", fmt::join(last.absorbed_w, " ")));
   comments->emplace_back("escaped_w", fmt::format("{}", fmt::join(last.escaped_w, " ")));
+  if (last.medium_w != decltype(last.medium_w){}) {
+    comments->emplace_back("medium_w", fmt::format("{}", fmt::join(last.medium_w, " ")));
+  }
   add("memory_bytes", last.memory_bytes);
 }
 
@@ -229,6 +232,7 @@ Result<RoundSummary> MergeReports(const PerWorker<RoundReport>& reports, uint32_
   row.emitted_w = first->emitted_w;
   row.absorbed_w = first->absorbed_w;
   row.escaped_w = first->escaped_w;
+  row.medium_w = first->medium_w;
   const auto workers = static_cast<double>(
       std::count_if(reports.begin(), reports.end(), [](const auto& r) { return r.has_value(); }));
   const double total = std::accumulate(row.worker_cpu_s.begin(), row.worker_cpu_s.end(), 0.0);

@@ -46,11 +46,17 @@ struct Shard::Impl {
   Snapshot solved;                     // own leaves of the round just run
   std::unique_ptr<Gatherer> gatherer;  // of the installed snapshot, made when first asked for
   Scout scout;
-  Mirrors mirrors;  // that are simulated
+  Mirrors mirrors;               // that are simulated
+  std::optional<Medium> medium;  // likewise
+
+  const Medium* medium_or_null() const { return medium ? &*medium : nullptr; }
 
   RefineScene refine_scene() const {
-    return {&rays, sampler.get(), options.seed, plan.occlusion, prover ? &*prover : nullptr};
+    return {
+        &rays,           sampler.get(), options.seed, plan.occlusion, prover ? &*prover : nullptr,
+        medium_or_null()};
   }
+  Status SetMedium();
   // What lights bring to each surface; empty where there are none.
   std::vector<GivenIrradiance> StartLights();
   Status Refine(double epsilon, Exchange& exchange, RefineCounters& counters) {
@@ -87,6 +93,7 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
   impl_->options = options;
   ASSIGN_OR_RETURN(const EffectsChoice choice, ParseEffectsChoice(options.effects));
   impl_->plan = PlanEffects(impl_->hierarchy, options.accuracy, choice).plan;
+  RETURN_IF_ERROR(impl_->SetMedium());
   if (impl_->plan.occlusion && !impl_->prover) impl_->prover.emplace(impl_->hierarchy);
   impl_->gatherer.reset();
   impl_->links = {};
@@ -104,11 +111,26 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
   return {};
 }
 
+Status Shard::Impl::SetMedium() {
+  medium.reset();
+  if (!plan.medium || !scene->medium.exists()) return {};
+  medium = scene->medium;
+  // Of one channel in the place of three the mean counts.
+  if (plan.channels == 1) medium->extinction_per_m = Rgb(GreyOf(medium->extinction_per_m));
+  if (options.solver == SolverMethod::kGaussSeidel || options.solver == SolverMethod::kSouthwell) {
+    return {StatusCode::kInvalidArgument,
+            "solver: gauss-seidel and southwell know of no absorbing medium; take cg, or leave the "
+            "medium out by --effects=-medium"};
+  }
+  return {};
+}
+
 std::vector<GivenIrradiance> Shard::Impl::StartLights() {
   lights.reset();
   if (scene->lights.empty() && !scene->sky.exists()) return {};
   if (!plan.lights && !plan.sun && !plan.sky) return {};
-  lights.emplace(hierarchy, rays, mirrors, scout, plan, options.accuracy, options.seed);
+  lights.emplace(hierarchy, rays, mirrors, scout, plan, medium_or_null(), options.accuracy,
+                 options.seed);
   std::vector<GivenIrradiance> given(hierarchy.surfaces().size());
   pool.For(given.size(), 64, [&](size_t begin, size_t end, int) {
     for (size_t s = begin; s < end; ++s) given[s] = lights->OverSurface(static_cast<uint32_t>(s));
@@ -232,6 +254,7 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
                      Close(product, leaves, rows, RowsMay::kRiseAndFall, tolerance, exchange));
   }
   const auto solve = [&]() -> Result<SolverResult> {
+    product.SetMedium(medium_or_null());
     if (plan.channels == 3) {
       return SolveLeaves<Lanes>(product, leaves, start, accuracy, exchange);
     }
@@ -243,12 +266,19 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
   ASSIGN_OR_RETURN(SolverResult solution, solve());
   if (solution.indefinite && plan.closure) {
     // Some rows could not be brought down while others were brought up: bring down alone.
+    product.SetMedium(nullptr);
     ASSIGN_OR_RETURN(closing, Close(product, leaves, rows, RowsMay::kFall, tolerance, exchange));
     ASSIGN_OR_RETURN(solution, solve());
   }
   ASSIGN_OR_RETURN(const ErrorEstimate errors,
                    EstimateError(product, tree, leaves, solution.irradiance, given,
                                  {start, old_leaf, snapshot.round == 0}, solution, exchange));
+  if (medium) {
+    product.SetMedium(nullptr);
+    LinkTransport without_medium(product, leaves);
+    RETURN_IF_ERROR(AddMediumPower(leaves, solution.irradiance, plan.interreflection,
+                                   without_medium, exchange, report));
+  }
   RETURN_IF_ERROR(AddEnergy(leaves, solution.irradiance, escape, exchange, report));
   report.residual = solution.residual;
   report.iterations = closing.products + solution.products;
@@ -450,9 +480,9 @@ Result<GatherPart> Shard::Gather(const std::vector<NodeId>& elements,
       static_cast<int>(std::clamp(64 * (0.02 / accuracy) * (0.02 / accuracy), 48.0, 1024.0));
   options.open_share = std::max(0.01, 0.5 * accuracy);
   if (!impl_->gatherer) {
-    impl_->gatherer =
-        std::make_unique<Gatherer>(impl_->tree, *impl_->placement, impl_->links, impl_->snapshot,
-                                   impl_->rays, impl_->lights ? &*impl_->lights : nullptr);
+    impl_->gatherer = std::make_unique<Gatherer>(
+        impl_->tree, *impl_->placement, impl_->links, impl_->snapshot, impl_->rays,
+        impl_->lights ? &*impl_->lights : nullptr, impl_->medium_or_null());
   }
   ASSIGN_OR_RETURN(GatherPart part,
                    impl_->gatherer->AtCorners(elements, corners, options, impl_->pool));

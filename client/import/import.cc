@@ -114,6 +114,7 @@ Result<Scene> Import(const std::string& path, const Format& format, const Import
   PlaceLights(file.lights, &scene);
   if (!scene.lights.empty()) scene.photometries = std::move(file.photometries);
   scene.sky = std::move(file.sky);
+  scene.medium = file.medium;
   if (options.strict) RETURN_IF_ERROR(log.CheckStrict());
   scene.repairs = log.Report();
   if (!Emits(scene)) {

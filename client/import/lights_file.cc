@@ -108,6 +108,15 @@ Result<Light> ReadLight(const JsonElement& element, const std::string& folder, S
   return light;
 }
 
+Result<Medium> ReadMedium(const JsonElement& element) {
+  if (!element.json.is_object()) return element.Error("not an object; write {{…}}");
+  RETURN_IF_ERROR(element.CheckKeys({"extinction_per_m"}));
+  Medium medium;
+  ASSIGN_OR_RETURN(medium.extinction_per_m, element.Colour("extinction_per_m"));
+  RETURN_IF_ERROR(CheckMedium(medium).Within(element.where));
+  return medium;
+}
+
 Result<Json> ParseJson(const std::string& text, const std::string& name) {
   try {  // the library throws
     return Json::parse(text, [](int depth, Json::parse_event_t, Json&) {
@@ -126,9 +135,12 @@ Result<Json> ParseJson(const std::string& text, const std::string& name) {
 Status ParseLightsFile(const std::string& text, const std::string& name, SceneFile* file) {
   ASSIGN_OR_RETURN(const Json json, ParseJson(text, name));
   const JsonElement whole{json, name};
-  RETURN_IF_ERROR(whole.CheckKeys({"lights", "sky"}));
+  RETURN_IF_ERROR(whole.CheckKeys({"lights", "sky", "medium"}));
   if (const auto sky = json.find("sky"); sky != json.end()) {
     ASSIGN_OR_RETURN(file->sky, ReadSky({*sky, fmt::format("{}: sky", name)}, FolderOf(name)));
+  }
+  if (const auto medium = json.find("medium"); medium != json.end()) {
+    ASSIGN_OR_RETURN(file->medium, ReadMedium({*medium, fmt::format("{}: medium", name)}));
   }
   const auto lights = json.find("lights");
   if (lights == json.end()) return {};

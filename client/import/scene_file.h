@@ -72,6 +72,7 @@ struct SceneFile {
   std::vector<Photometry> photometries;
   std::vector<Light> lights;  // positions in the file's unit
   Sky sky;
+  Medium medium;
 
   // Libraries named but not found, where ("room.obj:3"); no face needs a material of theirs.
   std::vector<std::string> missing_libraries;

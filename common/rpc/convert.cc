@@ -121,6 +121,9 @@ v1::RoundSummary ToProto(const RoundSummary& round) {
   Put(round.emitted_w, message.mutable_emitted_w());
   Put(round.absorbed_w, message.mutable_absorbed_w());
   Put(round.escaped_w, message.mutable_escaped_w());
+  if (round.medium_w != decltype(round.medium_w){}) {
+    Put(round.medium_w, message.mutable_medium_w());
+  }
   message.set_seconds(round.seconds);
   message.set_refine_s(round.refine_s);
   message.set_exchange_s(round.exchange_s);
@@ -174,6 +177,9 @@ Result<RoundSummary> FromProto(const v1::RoundSummary& message) {
   RETURN_IF_ERROR(Take(message.emitted_w(), &round.emitted_w));
   RETURN_IF_ERROR(Take(message.absorbed_w(), &round.absorbed_w));
   RETURN_IF_ERROR(Take(message.escaped_w(), &round.escaped_w));
+  if (!message.medium_w().empty()) {
+    RETURN_IF_ERROR(Take(message.medium_w(), &round.medium_w));
+  }
   round.seconds = message.seconds();
   round.refine_s = message.refine_s();
   round.exchange_s = message.exchange_s();

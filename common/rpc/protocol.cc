@@ -178,6 +178,9 @@ std::string Encode(const RoundReport& message) {
   proto.set_emitted_w(ToBytes(message.emitted_w));
   proto.set_absorbed_w(ToBytes(message.absorbed_w));
   proto.set_escaped_w(ToBytes(message.escaped_w));
+  if (message.medium_w != decltype(message.medium_w){}) {
+    proto.set_medium_w(ToBytes(message.medium_w));
+  }
   proto.set_crown_hash(message.crown_hash);
   proto.set_links(message.links);
   proto.set_leaves(message.leaves);
@@ -224,6 +227,9 @@ Result<RoundReport> DecodeMessage(const std::string& payload) {
   RETURN_IF_ERROR(FromBytes(proto.emitted_w(), kWhat, &message.emitted_w));
   RETURN_IF_ERROR(FromBytes(proto.absorbed_w(), kWhat, &message.absorbed_w));
   RETURN_IF_ERROR(FromBytes(proto.escaped_w(), kWhat, &message.escaped_w));
+  if (!proto.medium_w().empty()) {
+    RETURN_IF_ERROR(FromBytes(proto.medium_w(), kWhat, &message.medium_w));
+  }
   message.crown_hash = proto.crown_hash();
   message.links = proto.links();
   message.leaves = proto.leaves();

@@ -17,8 +17,9 @@
 namespace isolux {
 
 // The effects that can be switched, in the order of the table.
-inline constexpr std::array<std::string_view, 8> kSwitchableEffects = {
-    "colour", "occlusion", "interreflection", "closure", "mirrors", "lights", "sun", "sky"};
+inline constexpr std::array<std::string_view, 9> kSwitchableEffects = {
+    "colour", "occlusion", "interreflection", "closure", "mirrors", "lights",
+    "sun",    "sky",       "medium"};
 
 struct EffectsChoice {
   enum class Base { kAuto, kAll, kNone };

@@ -19,6 +19,7 @@ struct EffectsPlan {
   bool lights = true;           // points, spots and directional lights shine
   bool sun = true;              // and those of them that are discs
   bool sky = true;
+  bool medium = true;   // absorbs
   bool mirrors = true;  // reflect as such; else with their diffuse reflectance alone
 };
 

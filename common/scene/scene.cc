@@ -14,6 +14,7 @@ namespace {
 constexpr uint64_t kMagic = 0x314e435358554c49ULL;        // "ILUXSCN1"
 constexpr uint64_t kLightsMagic = 0x3154484758554c49ULL;  // "ILUXGHT1": what follows are lights
 constexpr uint64_t kSkyMagic = 0x31594b5358554c49ULL;     // "ILUXSKY1": what follows is the sky
+constexpr uint64_t kMediumMagic = 0x3144454d58554c49ULL;  // "ILUXMED1": the medium
 constexpr uint64_t kVertexBytes = 3 * 8;
 constexpr uint64_t kPolygonBytes = 6 * 4 + 1;
 constexpr uint64_t kMaterialBytes = 4 + 6 * 8;   // without the name
@@ -228,6 +229,16 @@ Status GetLights(ByteReader& in, const SceneLimits& limits, Scene* scene) {
   return CheckLights(*scene);
 }
 
+// At the end, and only where there is one.
+Status TakeMedium(ByteReader& in, Scene* scene) {
+  in.Get<uint64_t>();  // the magic number, which has been looked at
+  scene->medium.extinction_per_m = GetVec3(in);
+  if (!in.ok() || !scene->medium.exists()) {
+    return MakeStatus(StatusCode::kDataLoss, "scene: its medium is missing");
+  }
+  return CheckMedium(scene->medium);
+}
+
 // Behind the lights, and only where there is one.
 Status TakeSky(ByteReader& in, Scene* scene) {
   in.Get<uint64_t>();  // the magic number, which has been looked at
@@ -354,6 +365,7 @@ Status Validate(const Scene& scene, const SceneLimits& limits) {
   }
   RETURN_IF_ERROR(CheckLights(scene));
   RETURN_IF_ERROR(CheckSky(scene.sky));
+  RETURN_IF_ERROR(CheckMedium(scene.medium));
   for (size_t p = 0; p < scene.polygons.size(); ++p) {
     RETURN_IF_ERROR(CheckIndices(scene.polygons[p], scene.vertices.size(), scene.materials.size()));
     RETURN_IF_ERROR(CheckShape(scene, p));
@@ -397,6 +409,10 @@ std::string Encode(const Scene& scene) {
     Put(out, scene.sky);
   }
   PutMirrors(out, scene);
+  if (scene.medium.exists()) {
+    out.Put(kMediumMagic);
+    Put(out, scene.medium.extinction_per_m);
+  }
   return out.Take();
 }
 
@@ -439,12 +455,13 @@ Result<Scene> Decode(const std::string& bytes, const SceneLimits& limits) {
   // None is a number of textures that a scene may have.
   const auto follows = [&in](uint64_t magic) { return ByteReader(in).Get<uint64_t>() == magic; };
   if (in.ok() && in.left() > 0 && !follows(kLightsMagic) && !follows(kSkyMagic) &&
-      !follows(kMirrorsMagic)) {
+      !follows(kMirrorsMagic) && !follows(kMediumMagic)) {
     RETURN_IF_ERROR(GetMaps(in, limits, &scene));
   }
   if (in.ok() && follows(kLightsMagic)) RETURN_IF_ERROR(GetLights(in, limits, &scene));
   if (in.ok() && follows(kSkyMagic)) RETURN_IF_ERROR(TakeSky(in, &scene));
   if (in.ok() && follows(kMirrorsMagic)) RETURN_IF_ERROR(TakeMirrors(in, &scene));
+  if (in.ok() && follows(kMediumMagic)) RETURN_IF_ERROR(TakeMedium(in, &scene));
   if (!in.ok() || in.left() > 0) {
     return Error(StatusCode::kDataLoss, "scene: its end is {}", in.ok() ? "too late" : "missing");
   }

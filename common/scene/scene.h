@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/scene/light.h"
+#include "common/scene/medium.h"
 #include "common/scene/sky.h"
 #include "common/scene/texture.h"
 #include "common/util/status.h"
@@ -72,6 +73,7 @@ struct Scene {
   std::vector<Photometry> photometries;  // of photometric lights
   std::vector<Light> lights;             // beside the polygons that emit
   Sky sky;                               // where one exists
+  Medium medium;                         // likewise; fills the whole scene
   Vec3 origin_m{0.0};      // centre that was subtracted, in double, before anything else
   std::string unit = "m";  // of the file: m, cm, mm, in, ft
   double metres_per_unit = 1.0;

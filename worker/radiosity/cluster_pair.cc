@@ -6,7 +6,10 @@ namespace isolux {
 
 double SizeOf(const Tree& tree, uint32_t node) {
   if (tree.is_cluster(node)) return tree.cluster(node).bounds.Diagonal();
-  const ConvexPolygon& polygon = tree.polygon(node);
+  return SizeOf(tree.polygon(node));
+}
+
+double SizeOf(const ConvexPolygon& polygon) {
   const double one = glm::length(polygon.v[2] - polygon.v[0]);
   return polygon.count == 3 ? std::max({one, glm::length(polygon.v[1] - polygon.v[0]),
                                         glm::length(polygon.v[2] - polygon.v[1])})

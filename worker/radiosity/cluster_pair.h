@@ -6,7 +6,8 @@
 
 namespace isolux {
 
-// Longest line within a node, m.
+// Longest line within a polygon or node, m.
+double SizeOf(const ConvexPolygon& polygon);
 double SizeOf(const Tree& tree, uint32_t node);
 
 // Of two nodes of which one is a cluster.

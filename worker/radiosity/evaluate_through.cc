@@ -4,6 +4,7 @@
 
 #include "worker/radiosity/cluster_pair.h"
 #include "worker/radiosity/couple_through.h"
+#include "worker/radiosity/transmission.h"
 
 namespace isolux {
 namespace {
@@ -40,6 +41,10 @@ LinkVerdict EvaluateThrough(const RefineScene& scene, const Tree& tree, double e
   link.unoccluded_m2 = static_cast<float>(made.coupling_m2);
   link.variation_p = static_cast<float>(made.variation_p);
   link.variation_q = static_cast<float>(made.variation_q);
+  if (scene.medium != nullptr) {
+    const ConvexPolygon there = tree.mirrors()->images()[image].image.Of(tree.polygon(link.q));
+    VaryByMedium(*scene.medium, tree.polygon(link.p), there, &link);
+  }
   if (made.passage == Passage::kAll && !scene.occlusion) {
     link.SetThroughMirrors(image, 1, Link::kProved);
     return judge(link);

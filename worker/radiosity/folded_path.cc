@@ -73,12 +73,14 @@ RayEnd EndOf(const RayScene& rays, const Mirrors& mirrors, Escape ray, RayHit hi
   RayEnd end;
   for (end.hit = hit; end.reflections < kMostReflections; ++end.reflections) {
     end.direction = ray.direction;
+    end.from = ray.from;
     const double share =
         hit.polygon == RayHit::kNothing ? 0.0 : mirrors.ShareOf(hit.polygon, hit.side);
     if (end.share * share < kLeastLight) break;
     end.share *= share;
     const Vec3 normal = SideGeometry(hierarchy.scene(), hit.polygon, hit.side).Normal();
     ray.from += hit.distance * ray.direction;
+    end.way_m += hit.distance;
     ray.direction -= 2 * glm::dot(normal, ray.direction) * normal;
     ray.from_polygon = hit.polygon;
     end.hit = hit = rays.Trace({ray}, 1)[0];

@@ -19,6 +19,8 @@ struct RayEnd {
   int reflections = 0;
   RayHit hit;  // that is no mirror, or one it is not followed from
   Vec3 direction{0.0};
+  Vec3 from{0.0};    // of the last leg
+  double way_m = 0;  // of the legs before it
 };
 RayEnd EndOf(const RayScene& rays, const Mirrors& mirrors, Escape ray, RayHit hit,
              const Hierarchy& hierarchy);

@@ -32,9 +32,11 @@ struct GatherOptions {
 // Made once a snapshot; keeps references to all it is given.
 class Gatherer {
  public:
-  // `lights`: null where there are none. Of them each worker adds what reaches its own leaves.
+  // `lights`, `medium`: null where there are none. Of lights each worker adds what reaches its own
+  // leaves.
   Gatherer(const Tree& tree, const Placement& placement, const LinkSet& links,
-           const Snapshot& snapshot, const RayScene& rays, const LightField* lights);
+           const Snapshot& snapshot, const RayScene& rays, const LightField* lights,
+           const Medium* medium);
   ~Gatherer();
 
   // `elements`: sorted, leaves of the snapshot the tree was installed from, or below them.

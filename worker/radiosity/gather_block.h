@@ -86,6 +86,7 @@ class SourceBlock {
     return {static_cast<float>(glm::dot(frame_.u, d)), static_cast<float>(glm::dot(frame_.v, d))};
   }
 
+  double unit_m() const { return 1 / inverse_unit_m_; }
   std::span<const SourceOctet> octets() const { return octets_; }
   std::span<const ClusterOctet> clusters() const { return cluster_octets_; }
   // Of lane l of octet o: number 8 o + l.

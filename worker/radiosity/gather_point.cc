@@ -17,16 +17,6 @@ constexpr float kMostRays = 64;  // from one point to one source
 // not for more than this, lest single rays decide.
 constexpr float kMostStandFor = 8;
 
-// What eight sources bring, rounded to integers and summed: the sum of the integers does not depend
-// on which sources stand together.
-int64_t SumOfRounded(FloatLanes arriving) {
-  const __m256 v = reinterpret_cast<__m256>(arriving);
-  const Lanes low = reinterpret_cast<Lanes>(_mm256_cvtps_pd(_mm256_castps256_ps128(v)));
-  const Lanes high = reinterpret_cast<Lanes>(_mm256_cvtps_pd(_mm256_extractf128_ps(v, 1)));
-  const IntLanes sum = ToInteger(low) + ToInteger(high);
-  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
-}
-
 // A shifted additive sequence: even over a polygon whatever the number of points ([Roberts18]).
 // Eight terms from `at` on, which is moved past them.
 constexpr double kStepU = 0.75487766624669276, kStepV = 0.56984029099805327;
@@ -44,13 +34,26 @@ int64_t Rounded(float arriving) { return ToInteger(Splat(static_cast<double>(arr
 
 }  // namespace
 
+int64_t SumOfRounded(FloatLanes arriving) {
+  const __m256 v = reinterpret_cast<__m256>(arriving);
+  const Lanes low = reinterpret_cast<Lanes>(_mm256_cvtps_pd(_mm256_castps256_ps128(v)));
+  const Lanes high = reinterpret_cast<Lanes>(_mm256_cvtps_pd(_mm256_extractf128_ps(v, 1)));
+  const IntLanes sum = ToInteger(low) + ToInteger(high);
+  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
 void PointGather::Evaluate(const GatherPlace& place, std::span<SourceBlock* const> blocks,
                            double rays_per_doubt) {
   looks_.clear();
+  left_of_looks_.clear();
   const auto place_seed = static_cast<uint32_t>(place.seed);
   for (SourceBlock* block : blocks) {
-    AddBlock(*block, block->At(place.position), place_seed, static_cast<float>(rays_per_doubt),
-             place.sums);
+    const auto per_doubt = static_cast<float>(rays_per_doubt);
+    if (medium_ == nullptr) {
+      AddBlock(*block, block->At(place.position), place_seed, per_doubt, place.sums);
+    } else {
+      AddBlockInMedium(*block, block->At(place.position), place_seed, per_doubt, place.sums);
+    }
   }
   for (int c = 0; c < 3; ++c) {
     packet_.from[c] = SplatFloat(static_cast<float>(place.position[c]));
@@ -171,12 +174,14 @@ void PointGather::Trace() {
 // it answers for all of them: otherwise the others would keep what the links say, which is wrong
 // alike for all where a place is hidden and its surroundings are not.
 void PointGather::Correct(const GatherPlace& place) const {
-  for (const Look& look : looks_) {
+  for (size_t l = 0; l < looks_.size(); ++l) {
+    const Look& look = looks_[l];
     if (!(look.total > 0)) continue;
     const float before = look.factor * look.octet->visibility[look.lane];
     const float now = look.factor * static_cast<float>(look.passed / look.total);
     for (int c = 0; c < 3; ++c) {
-      const float radiosity = look.octet->radiosity[c][look.lane];
+      float radiosity = look.octet->radiosity[c][look.lane];
+      if (!left_of_looks_.empty()) radiosity *= left_of_looks_[l][static_cast<size_t>(c)];
       place.sums[c] += Rounded(look.stands_for * (now - before) * radiosity);
     }
   }

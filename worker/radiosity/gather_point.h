@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "common/scene/medium.h"
 #include "worker/radiosity/gather_block.h"
 #include "worker/radiosity/gather_sources.h"
 #include "worker/radiosity/polygon_sampler.h"
@@ -20,11 +21,16 @@ struct GatherPlace {
   int64_t* sums = nullptr;  // three, one a channel
 };
 
+// What eight sources bring, rounded to integers and summed: the sum of the integers does not depend
+// on which sources stand together.
+int64_t SumOfRounded(FloatLanes arriving);
+
 class PointGather {
  public:
-  // mirrors: null where there are none.
-  PointGather(const RayScene& rays, const SourceFinder& sources, const Mirrors* mirrors)
-      : rays_(rays), sources_(sources), mirrors_(mirrors) {}
+  // mirrors, medium: null where there are none.
+  PointGather(const RayScene& rays, const SourceFinder& sources, const Mirrors* mirrors,
+              const Medium* medium)
+      : rays_(rays), sources_(sources), mirrors_(mirrors), medium_(medium) {}
 
   // The surface that the next places lie on.
   void SetSurface(const Vec3& normal, uint32_t polygon) {
@@ -56,6 +62,12 @@ class PointGather {
 
   void AddBlock(SourceBlock& block, PlanePoint at, uint32_t place_seed, float rays_per_doubt,
                 int64_t* sums);
+  // gather_medium.cc: the same through the medium, and what that leaves of light from sources, or
+  // over a distance in the block's unit.
+  void AddBlockInMedium(SourceBlock& block, PlanePoint at, uint32_t place_seed,
+                        float rays_per_doubt, int64_t* sums);
+  std::array<FloatLanes, 3> LeftOf(const SourceOctet& octet, PlanePoint at) const;
+  std::array<FloatLanes, 3> Left(FloatLanes distance) const;
   void ListLooks(SourceBlock& block, size_t octet, FloatLanes factor, FloatLanes wanted,
                  UInt32Lanes place_seed);
   void Aim(const GatherPlace& place, uint32_t look);
@@ -67,6 +79,9 @@ class PointGather {
   const RayScene& rays_;
   const SourceFinder& sources_;
   const Mirrors* mirrors_;
+  const Medium* medium_;
+  std::array<float, 3> extinction_{};                // over the unit of the block that is added
+  std::vector<std::array<float, 3>> left_of_looks_;  // beside looks_; empty without a medium
   Vec3 normal_{0.0};
   uint32_t own_polygon_ = 0;
   std::vector<Look> looks_;

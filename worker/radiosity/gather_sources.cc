@@ -4,7 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/hierarchy/element.h"
 #include "common/util/random.h"
+#include "worker/radiosity/cluster_pair.h"
 
 namespace isolux {
 namespace {
@@ -12,6 +14,8 @@ namespace {
 // A source is opened where it brings much and varies by more than this share of itself.
 constexpr double kOpenSpread = 0.1;
 constexpr int kOpenLevels = 6;
+// Or where it is so long that a medium leaves shares of its light that differ by so much.
+constexpr double kOpenOpticalSize = 0.25;
 // Visibility and radiosity of a source count as varying together from these shares on.
 constexpr double kVaryingDoubt = 0.3, kVaryingSpread = 0.2;
 // Of the share that is opened: what brings less is not looked at closely.
@@ -26,8 +30,9 @@ constexpr double kLeastShare = 0.25;
 }  // namespace
 
 SourceFinder::SourceFinder(const Tree& tree, const Placement& placement, const LinkSet& links,
-                           const Snapshot& snapshot)
+                           const Snapshot& snapshot, const Medium* medium)
     : tree_(tree),
+      medium_(medium),
       snapshot_(snapshot),
       slots_(tree),
       inverse_unit_m_(std::ldexp(1.0, -std::ilogb(tree.hierarchy().extent_m()))) {
@@ -174,6 +179,34 @@ double SourceFinder::FactorAtCentre(const Filling& filling, uint32_t other,
   return std::min(1.0, cosines * tree_.area_m2(other) / (std::numbers::pi * d2 * d2));
 }
 
+Lanes SourceFinder::LeftAtCentre(const Filling& filling, uint32_t other,
+                                 const MirrorImage* image) const {
+  const Vec3 centre = tree_.centre(other);
+  const Rgb left = medium_->Along(
+      glm::length((image == nullptr ? centre : image->image.Point(centre)) - filling.centre));
+  return Lanes{left.x, left.y, left.z, 0};
+}
+
+bool SourceFinder::VariesByMedium(const Part& part) const {
+  if (medium_ == nullptr) return false;
+  const ConvexPolygon& shape = part.shape.count > 0 ? part.shape : tree_.polygon(part.node);
+  return medium_->largest_per_m() * SizeOf(shape) > kOpenOpticalSize;
+}
+
+// Where a medium makes parts of a leaf differ.
+void SourceFinder::OpenLeaf(const Filling& filling, const Part& part) const {
+  const ConvexPolygon& shape = part.shape.count > 0 ? part.shape : tree_.polygon(part.node);
+  uint64_t number = 0;
+  for (const ConvexPolygon& half_shape : Subdivide(shape)) {
+    Part half = part;
+    half.shape = half_shape;
+    half.factor = part.factor * half_shape.Area() / shape.Area();
+    half.seed = Hash(part.seed, ++number);
+    ++half.level;
+    Open(filling, half);
+  }
+}
+
 // Of the link's other end, what is seen from this one.
 const MirrorImage* SourceFinder::ImageAt(const End& end) const {
   if (!end.link->through_mirrors()) return nullptr;
@@ -207,8 +240,9 @@ void SourceFinder::AddEnd(const Filling& filling, uint32_t node, const End& end)
           : end.share() * link.unoccluded_m2 / tree_.area_m2(node);
   const double seen = std::max(visibility, kHiddenShare) * mean_factor;
   if (seen * tree_.values(other).radiosity < filling.options.even_share * filling.arriving) {
-    filling.block.AddEven(mean_factor * visibility * filling.scale *
-                          radiosity_[slots_.OfElement(other)]);
+    Lanes arriving = mean_factor * visibility * filling.scale * radiosity_[slots_.OfElement(other)];
+    if (medium_ != nullptr) arriving *= LeftAtCentre(filling, other, image);
+    filling.block.AddEven(arriving);
     return;
   }
   const NodeId& a = tree_.node(link.p).id;
@@ -224,8 +258,10 @@ void SourceFinder::Open(const Filling& filling, const Part& part) const {
   const uint32_t child = tree_.node(part.node).first_child;
   const double brings = part.factor * values.radiosity;
   const double open_from = filling.options.open_share * filling.arriving;
-  if (child != kNoNode && part.level < kOpenLevels && brings > open_from &&
-      values.spread > kOpenSpread * values.radiosity) {
+  const bool opens = part.level < kOpenLevels && brings > open_from;
+  const bool absorbed = opens && VariesByMedium(part);
+  if (absorbed && child == kNoNode) return OpenLeaf(filling, part);
+  if (child != kNoNode && opens && (values.spread > kOpenSpread * values.radiosity || absorbed)) {
     for (uint32_t i = child; i < child + 2; ++i) {
       Part half = part;
       half.node = i;
@@ -236,7 +272,7 @@ void SourceFinder::Open(const Filling& filling, const Part& part) const {
     return;
   }
   const MirrorImage* image = part.image;
-  const ConvexPolygon& whole = tree_.polygon(part.node);
+  const ConvexPolygon& whole = part.shape.count > 0 ? part.shape : tree_.polygon(part.node);
   const ClippedPolygon polygon =
       ClipToFront(image == nullptr ? whole : image->image.Of(whole), filling.centre, filling.normal,
                   1e-12 * tree_.hierarchy().extent_m());

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/hierarchy/snapshot.h"
+#include "common/scene/medium.h"
 #include "worker/radiosity/gather.h"
 #include "worker/radiosity/gather_block.h"
 #include "worker/radiosity/slots.h"
@@ -14,8 +15,9 @@ namespace isolux {
 class SourceFinder {
  public:
   // Over the links homed here. Keeps references to all but the placement and the links' list.
+  // medium: null where there is none.
   SourceFinder(const Tree& tree, const Placement& placement, const LinkSet& links,
-               const Snapshot& snapshot);
+               const Snapshot& snapshot, const Medium* medium);
 
   // Radiosity of the leaf at or below `node` that holds this point of it, over that of the node; of
   // the sums over the channels.
@@ -59,6 +61,7 @@ class SourceFinder {
     double visibility, doubt;
     uint64_t seed;
     const MirrorImage* image;  // that is seen of it; null: itself
+    ConvexPolygon shape = {};  // a part of it that is alike all over; without corners: all of it
   };
 
   void PullRadiosity(const Snapshot& snapshot);
@@ -66,11 +69,18 @@ class SourceFinder {
   void ListEnds(const Placement& placement, const LinkSet& links);
   void AddEnd(const Filling& filling, uint32_t node, const End& end) const;
   void AddClusterEnd(const Filling& filling, const End& end) const;
+  // What the medium leaves of light from a node's middle to the receiver's.
+  Lanes LeftAtCentre(const Filling& filling, uint32_t other, const MirrorImage* image) const;
+  // Whether it leaves so different shares of light from parts of a source that these are to be
+  // looked at one by one.
+  bool VariesByMedium(const Part& part) const;
+  void OpenLeaf(const Filling& filling, const Part& part) const;
   void Open(const Filling& filling, const Part& part) const;
   double FactorAtCentre(const Filling& filling, uint32_t other, const MirrorImage* image) const;
   const MirrorImage* ImageAt(const End& end) const;
 
   const Tree& tree_;
+  const Medium* medium_;
   const Snapshot& snapshot_;
   Slots slots_;
   double inverse_unit_m_ = 1;

@@ -99,13 +99,26 @@ LightField::Arrival LightField::ArrivalAt(const Source& source, const Vec3& poin
   if (light.kind == LightKind::kDirectional) {
     const double cosine = std::max(0.0, -glm::dot(normal, light.direction));
     const Vec3 aside = light.disc_radius * (disc[0] * source.side + disc[1] * source.across);
-    return {point + far_m_ * (aside - light.direction), cosine, light.intensity};
+    const Rgb intensity =
+        medium_ ? light.intensity * LeftFromOutside(source, point) : light.intensity;
+    return {point + far_m_ * (aside - light.direction), cosine, intensity};
   }
   const Vec3 d = light.position_m - point;
   const double distance2 = glm::dot(d, d), distance = std::sqrt(distance2);
   const double height = glm::dot(normal, d);
   if (!(height > 0) || !(distance2 > 0)) return {light.position_m, 0, Rgb(0.0)};
-  return {light.position_m, height / (distance2 * distance), Intensity(source, -d / distance)};
+  Rgb intensity = Intensity(source, -d / distance);
+  if (medium_) intensity *= medium_->medium.Along(distance);
+  return {light.position_m, height / (distance2 * distance), intensity};
+}
+
+// Of a directional light; by way of mirrors the end of the way is that from the last of them on,
+// which leaves the box as the light itself comes in.
+Rgb LightField::LeftFromOutside(const Source& source, const Vec3& point) const {
+  const Vec3 towards = -source.light.direction;
+  if (source.image == nullptr) return medium_->FromOutside(point, towards);
+  const Isometry& back = source.image->back;
+  return medium_->FromOutside(back.Point(point), back.Direction(towards));
 }
 
 double LightField::AreaShare(const ConvexPolygon& polygon) const {
@@ -139,7 +152,8 @@ struct LightField::Samples {
 };
 
 LightField::LightField(const Hierarchy& hierarchy, const RayScene& rays, const Mirrors& mirrors,
-                       const Scout& scout, const EffectsPlan& plan, double accuracy, uint64_t seed)
+                       const Scout& scout, const EffectsPlan& plan, const Medium* medium,
+                       double accuracy, uint64_t seed)
     : hierarchy_(hierarchy),
       rays_(rays),
       mirrors_(mirrors),
@@ -147,6 +161,7 @@ LightField::LightField(const Hierarchy& hierarchy, const RayScene& rays, const M
       seed_(seed),
       far_m_(2 * hierarchy.extent_m()),
       finest_(accuracy < kFineAccuracy ? 2 * kFinestCells : kFinestCells) {
+  if (medium != nullptr) medium_ = MediumInBox{*medium, hierarchy.clusters()[0].bounds};
   for (const Light& light : hierarchy.scene().lights) {
     if (!(light.is_sun() ? plan.sun : plan.lights)) continue;
     AddSource(light, nullptr);
@@ -155,7 +170,7 @@ LightField::LightField(const Hierarchy& hierarchy, const RayScene& rays, const M
   }
   const Sky& sky = hierarchy.scene().sky;
   if (!plan.sky || !sky.exists()) return;
-  sky_.emplace(hierarchy, rays, mirrors, far_m_, shadows_);
+  sky_.emplace(hierarchy, rays, mirrors, far_m_, shadows_, medium_ ? &*medium_ : nullptr);
   for (size_t i = 0; i < sky.texels.size(); i += 3) {
     brightest_sky_ =
         glm::max(brightest_sky_, Rgb(sky.texels[i], sky.texels[i + 1], sky.texels[i + 2]));
@@ -250,7 +265,7 @@ double LightField::MostPower(const NodeId& id, const ConvexPolygon& polygon) con
 double LightField::UnoccludedRange(const Source& source, const ConvexPolygon& inside,
                                    const Vec3& normal, double least, double most) const {
   const Light& light = source.light;
-  if (light.kind == LightKind::kDirectional) return 0;
+  if (light.kind == LightKind::kDirectional) return medium_ ? most - least : 0;
   const auto probe = [&](const Vec3& point) {
     const double value = SumOf(ArrivalAt(source, point, normal, {}).irradiance());
     least = std::min(least, value);
@@ -333,7 +348,7 @@ void LightField::AddLight(const Source& source, const NodeId& id, const ConvexPo
   const double range = UnoccludedRange(source, samples.inside, samples.normal, least, most);
   AddDoubt({unoccluded, SumOf(whole) > 0 ? SumOf(seen) / SumOf(whole) : 0.0, range,
             std::max(most, unoccluded), reached > 0, hidden > 0,
-            light.kind == LightKind::kSpot || light.kind == LightKind::kPhotometric,
+            medium_ || light.kind == LightKind::kSpot || light.kind == LightKind::kPhotometric,
             MayBeHidden(source)},
            sum);
 }

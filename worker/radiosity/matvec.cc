@@ -96,20 +96,6 @@ Product::Totals<Int>& Product::totals() {
   return totals;
 }
 
-const std::vector<Product::Factors>& Product::factors() {
-  if (factors_.size() != ends_.size()) {
-    factors_.resize(ends_.size());
-    pool_.For(ends_.size(), 8192, [&](size_t begin, size_t end, int) {
-      for (size_t i = begin; i < end; ++i) {
-        const double coupling_m2 = LinkAt(i).coupling_m2();
-        factors_[i] = {coupling_m2 * inverse_area_[ends_[i].p],
-                       coupling_m2 * inverse_area_[ends_[i].q]};
-      }
-    });
-  }
-  return factors_;
-}
-
 template <>
 void Product::AddLinks<Lanes>(size_t first, size_t last, const Lanes* value, IntLanes* sum) const {
   for (size_t i = first; i < last; ++i) {
@@ -165,6 +151,11 @@ Status Product::IrradianceOf(std::span<const V> radiosity, const V& bound, std::
   using Int = MaskOf<V>;
   factors();
   const auto apply = [&](size_t first, size_t last, Int* sum) {
+    if constexpr (std::is_same_v<V, Lanes>) {
+      if (absorption_ == Absorption::kByChannel) {
+        return AddLinksByChannel(first, last, values<V>().of_slot.data(), sum);
+      }
+    }
     AddLinks<V>(first, last, values<V>().of_slot.data(), sum);
   };
   std::vector<Int> sums(leaf_count());
@@ -485,9 +476,9 @@ uint64_t Product::memory_bytes() const {
   const auto& singles = std::get<Values<Single>>(values_).of_slot;
   const auto& lanes = std::get<Values<Lanes>>(values_).of_slot;
   uint64_t bytes = crown_.size() * sizeof(Link) + ends_.size() * sizeof(Slots::Ends) +
-                   factors_.size() * sizeof(Factors) + inverse_area_.size() * sizeof(double) +
-                   steps_.size() * sizeof(Step) + singles.size() * sizeof(Single) +
-                   lanes.size() * sizeof(Lanes);
+                   factors_.size() * sizeof(Factors) + transmissions_.size() * sizeof(Lanes) +
+                   inverse_area_.size() * sizeof(double) + steps_.size() * sizeof(Step) +
+                   singles.size() * sizeof(Single) + lanes.size() * sizeof(Lanes);
   for (const auto& t : std::get<Totals<IntSingle>>(totals_).by_thread)
     bytes += t.size() * sizeof(IntSingle);
   for (const auto& t : std::get<Totals<IntLanes>>(totals_).by_thread)

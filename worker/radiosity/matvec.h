@@ -22,6 +22,7 @@
 #include "worker/radiosity/refine.h"
 #include "worker/radiosity/slots.h"
 #include "worker/radiosity/subscribe.h"
+#include "worker/radiosity/transmission.h"
 #include "worker/radiosity/tree.h"
 
 namespace isolux {
@@ -62,6 +63,9 @@ class Product {
   // What own leaves take of all that arrives at the nodes above them, and, in equal measure, give
   // to these nodes' radiosity: factors, 1 at first. See closure.h.
   Status SetInheritance(std::span<const double> of_leaves);
+
+  // From now on with what the medium leaves of each link's light; null: without it again.
+  void SetMedium(const Medium* medium);
 
   // The same road with another kernel and integer results. kernel(link, ends, xp, xq, to_p, to_q)
   // gives what a link adds to its two ends, from the values at them: numbers below 2^51 in size,
@@ -118,8 +122,10 @@ class Product {
                    std::span<Int> sums, LinkScope scope);
   template <typename V>
   void AddLinks(size_t first, size_t last, const V* value, MaskOf<V>* sum) const;
+  void AddLinksByChannel(size_t first, size_t last, const Lanes* value, IntLanes* sum) const;
   const Link& LinkAt(size_t place) const;
   const std::vector<Factors>& factors();
+  void MakeTransmissions(const Medium& medium);
 
   template <typename V>
   void Pull(uint32_t node);
@@ -157,8 +163,11 @@ class Product {
   std::span<const Link> local_, remote_;  // links between own nodes; links that wait for values
   std::vector<Link> crown_;               // those of the crown that are counted here
   Slots slots_;
-  std::vector<Slots::Ends> ends_;     // slots of local_, then remote_, then crown_
-  std::vector<Factors> factors_;      // beside ends_; made by the first product of irradiances
+  std::vector<Slots::Ends> ends_;  // slots of local_, then remote_, then crown_
+  std::vector<Factors> factors_;   // beside ends_; made by the first product of irradiances
+  // Of a medium, beside ends_, by channel: made when one is first set.
+  std::vector<Lanes> transmissions_;
+  enum class Absorption { kNone, kGrey, kByChannel } absorption_ = Absorption::kNone;
   std::vector<double> inverse_area_;  // 1/m², by slot
   std::vector<Step> steps_;           // of own nodes that are no leaves, parents before children
   std::vector<uint32_t> leaf_of_;     // by slot: number of the own leaf, or kNoNode

@@ -8,6 +8,7 @@
 #include "worker/coupling/variation.h"
 #include "worker/radiosity/cluster_pair.h"
 #include "worker/radiosity/evaluate_through.h"
+#include "worker/radiosity/transmission.h"
 
 namespace isolux {
 namespace {
@@ -179,6 +180,7 @@ class Evaluator {
     const FormFactorVariation variation = VariationOver(p, q, coupling.coupling_m2);
     link.variation_p = static_cast<float>(variation.over_p);
     link.variation_q = static_cast<float>(variation.over_q);
+    if (scene_.medium != nullptr) VaryByMedium(*scene_.medium, *p.polygon, *q.polygon, &link);
     link.error_code = EncodeCouplingError(coupling.error_m2, coupling.coupling_m2);
     link.visible_share = 65535;
     // Whatever stands between, such a link is too uncertain: split it without looking.

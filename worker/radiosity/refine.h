@@ -14,6 +14,7 @@
 #include <functional>
 #include <vector>
 
+#include "common/scene/medium.h"
 #include "common/util/parallel.h"
 #include "common/util/status.h"
 #include "worker/radiosity/link.h"
@@ -60,6 +61,7 @@ struct RefineScene {
   uint64_t seed = 1;
   bool occlusion = true;               // whether anything may stand between
   const LinkProver* prover = nullptr;  // null: rays alone
+  const Medium* medium = nullptr;      // null: none
 };
 
 // The links of one worker: those of its own blocks, and the crown's, which every worker keeps.

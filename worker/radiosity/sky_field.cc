@@ -137,6 +137,9 @@ class SkyField::Hemisphere {
         }
         if (!is_open) continue;
         radiance[at] = field_.sky_.RadianceFrom(directions[i]);
+        if (field_.medium_ != nullptr) {
+          radiance[at] *= field_.medium_->FromOutside(point_.position, directions[i]);
+        }
         brightest_ = std::max(brightest_, SumOf(radiance[at]));
       }
     }
@@ -152,6 +155,10 @@ class SkyField::Hemisphere {
     seen_.rays += static_cast<uint32_t>(1 + end.reflections);
     if (end.reflections == 0 || end.hit.polygon != RayHit::kNothing) return false;
     *radiance = end.share * field_.sky_.RadianceFrom(end.direction);
+    if (field_.medium_ != nullptr) {
+      *radiance *= field_.medium_->medium.Along(end.way_m) *
+                   field_.medium_->FromOutside(end.from, end.direction);
+    }
     brightest_ = std::max(brightest_, SumOf(*radiance));
     return true;
   }
@@ -192,13 +199,14 @@ class SkyField::Hemisphere {
 };
 
 SkyField::SkyField(const Hierarchy& hierarchy, const RayScene& rays, const Mirrors& mirrors,
-                   double far_m, bool shadows)
+                   double far_m, bool shadows, const MediumInBox* medium)
     : hierarchy_(hierarchy),
       sky_(hierarchy.scene().sky),
       rays_(rays),
       mirrors_(mirrors),
       far_m_(far_m),
-      shadows_(shadows) {}
+      shadows_(shadows),
+      medium_(medium) {}
 
 SkyOpenings SkyField::OpeningsOf(const ConvexPolygon& inside, const LitPoint& any,
                                  int cells) const {

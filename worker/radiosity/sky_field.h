@@ -7,6 +7,7 @@
 
 #include "common/hierarchy/mirrors.h"
 #include "common/scene/scene.h"
+#include "worker/radiosity/medium_in_box.h"
 #include "worker/radiosity/ray_scene.h"
 
 namespace isolux {
@@ -35,8 +36,9 @@ class SkyField {
   };
 
   // Keeps references; without obstacles, and so without mirrors, where `shadows` is false.
+  // medium: null where there is none.
   SkyField(const Hierarchy& hierarchy, const RayScene& rays, const Mirrors& mirrors, double far_m,
-           bool shadows);
+           bool shadows, const MediumInBox* medium);
 
   // Of an element drawn in from its sides (polygon_sampler.h): by a ray through each of `cells`
   // times `cells`, which are joined where many see the sky.
@@ -55,6 +57,7 @@ class SkyField {
   const Mirrors& mirrors_;
   double far_m_;
   bool shadows_;
+  const MediumInBox* medium_;
 };
 
 }  // namespace isolux

@@ -26,6 +26,9 @@ Rgb SkyPower(const Hierarchy& hierarchy);
 // even in a convex room.
 bool ShinesFromOutside(const Hierarchy& hierarchy, const Light& light);
 
+// medium.cc
+Effect DetectMedium(const Hierarchy& hierarchy);
+
 // mirrors.cc
 // accuracy: of the irradiance, which says how many images it takes.
 Effect DetectMirrors(const Hierarchy& hierarchy, double accuracy);

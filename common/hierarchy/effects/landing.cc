@@ -33,7 +33,10 @@ double LandingPower(const Hierarchy& hierarchy) {
     landed += rays.Meet(RayFrom(hierarchy, static_cast<uint32_t>(lamp), random)).lands ? 1 : 0;
   }
   const double share = (landed + 0.5) / (kRays + 1);
-  return power_w * std::max(0.0, share - 3 * std::sqrt(share * (1 - share) / kRays));
+  // A medium takes no more than over the longest way.
+  const double arrives =
+      ExpOfMinus(hierarchy.scene().medium.largest_per_m() * hierarchy.extent_m());
+  return arrives * power_w * std::max(0.0, share - 3 * std::sqrt(share * (1 - share) / kRays));
 }
 
 }  // namespace isolux

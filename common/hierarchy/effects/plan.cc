@@ -18,7 +18,7 @@ std::vector<Effect> DetectAll(const Hierarchy& hierarchy, double accuracy) {
       DetectClosure(hierarchy),  DetectTwoSided(hierarchy),  DetectTextures(scene),
       DetectEmissionMaps(scene), DetectOpacityMaps(scene),   DetectMirrors(hierarchy, accuracy),
       DetectGloss(scene),        DetectClearGlass(scene),    DetectLights(hierarchy),
-      DetectSun(hierarchy),      DetectSky(hierarchy),
+      DetectSun(hierarchy),      DetectSky(hierarchy),       DetectMedium(hierarchy),
   };
 }
 
@@ -79,7 +79,7 @@ Effect& Find(std::vector<Effect>& effects, std::string_view name) {
 void TakeBackBounds(std::vector<Effect>* effects) {
   const Effect& mirrors = Find(*effects, "mirrors");
   if (!mirrors.present || mirrors.support != Support::kSwitchable) return;
-  for (const char* name : {"colour", "interreflection"}) {
+  for (const char* name : {"colour", "interreflection", "medium"}) {
     Effect& effect = Find(*effects, name);
     if (effect.bound.value_or(0) > 0) effect.bound.reset();
   }
@@ -120,6 +120,7 @@ EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const Effe
   table.plan.lights = Find(table.effects, "lights").on;
   table.plan.sun = Find(table.effects, "sun").on;
   table.plan.sky = Find(table.effects, "sky").on;
+  table.plan.medium = Find(table.effects, "medium").on;
   table.plan.mirrors = Find(table.effects, "mirrors").on;
   return table;
 }

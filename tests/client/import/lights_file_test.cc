@@ -95,6 +95,19 @@ double IrradianceFromAbove(const Sky& sky) {
   return sum * 4 * std::numbers::pi / (sky.rows * sky.columns);
 }
 
+TEST(LightsFile, ReadsAMedium) {
+  SceneFile file;
+  const Status status =
+      ParseLightsFile(R"({"medium": {"extinction_per_m": [0.1, 0.2, 3]}})", "isolux.json", &file);
+  ASSERT_TRUE(status.ok()) << status.message();
+  EXPECT_EQ(file.medium.extinction_per_m, Rgb(0.1, 0.2, 3));
+  EXPECT_THAT(ErrorOf(R"({"medium": 3})"), HasSubstr("medium: not an object"));
+  EXPECT_THAT(ErrorOf(R"({"medium": {}})"), HasSubstr("\"extinction_per_m\""));
+  EXPECT_THAT(ErrorOf(R"({"medium": {"extinction_per_m": [0, -1, 0]}})"), HasSubstr("0 or more"));
+  EXPECT_THAT(ErrorOf(R"({"medium": {"extinction_per_m": 1e9}})"), HasSubstr("unit"));
+  EXPECT_THAT(ErrorOf(R"({"medium": {"kappa": 1}})"), HasSubstr("extinction_per_m"));
+}
+
 TEST(LightsFile, SkiesHaveTheirIrradiance) {
   constexpr double kPi = std::numbers::pi;
   const Sky even = ReadSkyOf(R"({"sky": {"type": "constant", "radiance": 2, "ground": 2}})");

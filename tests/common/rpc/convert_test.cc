@@ -32,7 +32,7 @@ RoundSummary Numbered(double base) {
   for (uint32_t* value : {&round.iterations, &round.worst_polygon, &round.worst_surface}) {
     *value = static_cast<uint32_t>(++next);
   }
-  for (auto* power : {&round.emitted_w, &round.absorbed_w, &round.escaped_w}) {
+  for (auto* power : {&round.emitted_w, &round.absorbed_w, &round.escaped_w, &round.medium_w}) {
     for (double& channel : *power) channel = ++next;
   }
   round.worker_cpu_s = {++next, ++next};
@@ -48,6 +48,7 @@ TEST(ConvertTest, ARoundComesBackWhole) {
   EXPECT_EQ(ToProto(*back).SerializeAsString(), bytes);
   EXPECT_EQ(back->memory_bytes, Numbered(0.5).memory_bytes);
   EXPECT_EQ(back->escaped_w, Numbered(0.5).escaped_w);
+  EXPECT_EQ(back->medium_w, Numbered(0.5).medium_w);
   EXPECT_EQ(back->worker_cpu_s, Numbered(0.5).worker_cpu_s);
 }
 
