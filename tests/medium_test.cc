@@ -74,7 +74,7 @@ TEST(Medium, MeansOverPairsAreThoseOfFineSums) {
     const ConvexPolygon& other = others[k];
     const Medium medium{{0.05, 0.5, 3}};
     Rgb with(0.0), without(0.0);
-    constexpr int kCells = 16;
+    constexpr int kCells = 20;
     for (int i = 0; i < kCells * kCells; ++i) {
       const Vec3 x((i % kCells + 0.5) / kCells, (i / kCells + 0.5) / kCells, 0);
       with += ArrivingAt(medium, x, {0, 0, 1}, other, 40);
