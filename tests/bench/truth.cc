@@ -8,13 +8,20 @@
 //   truth compare ROOM.ply POINTS.csv
 //     Prints CSV: the L1 error relative to the mean irradiance, the same net of the reference's own
 //     noise, the bias (signed), and how many points lie on no face (counted as dark).
+//   truth worst ROOM.ply POINTS.csv
+//     Prints CSV: the points in falling order of their share of the error; at each, sums of
+//     channels: irradiance found and expected, the mean, error and area of the face.
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <string>
 
+#include <spdlog/fmt/fmt.h>
+
 #include "client/import/import.h"
 #include "client/output/comparison.h"
+#include "client/output/patch_locator.h"
 #include "client/output/reference_points.h"
 #include "common/scene/patch_file.h"
 #include "tests/support/path_tracer.h"
@@ -58,6 +65,34 @@ int CompareFiles(const std::string& ply, const std::string& csv) {
   return 0;
 }
 
+int ShowWorst(const std::string& ply, const std::string& csv) {
+  const Result<PatchFile> file = ReadPatchFile(ply);
+  if (!file) return Fail(file.error());
+  const auto points = ReadReferencePoints(csv);
+  if (!points) return Fail(points.error());
+  const PatchLocator locator(*file);
+  double total = 0;
+  std::vector<std::pair<double, std::string>> lines;
+  for (const ReferencePoint& point : *points) {
+    total += Sum(point.irradiance);
+    const auto f = locator.FindAlong(point.normal, point.position);
+    if (!f) continue;
+    const PatchFace& face = file->faces[*f];
+    const Rgb found = IrradianceAt(*file, *f, point.position);
+    const double error = Sum(glm::abs(found - point.irradiance));
+    const Vec3& p = point.position;
+    lines.emplace_back(
+        error, fmt::format("{:.4f},{:.4f},{:.4f},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.3g}", p.x,
+                           p.y, p.z, face.polygon, face.side, Sum(found), Sum(point.irradiance),
+                           face.irradiance[0] + face.irradiance[1] + face.irradiance[2], face.error,
+                           glm::length(AreaVector(CornersOf(*file, face)))));
+  }
+  std::sort(lines.begin(), lines.end(), [](auto& a, auto& b) { return a.first > b.first; });
+  std::printf("share,x,y,z,polygon,side,found,expected,face,face_error,face_area\n");
+  for (const auto& [error, line] : lines) std::printf("%.5f,%s\n", error / total, line.c_str());
+  return 0;
+}
+
 }  // namespace
 }  // namespace isolux
 
@@ -75,7 +110,8 @@ int main(int argc, char** argv) {
   }
   if (mode == "make") return isolux::Make(argv[2], argv[3], flags);
   if (mode == "compare") return isolux::CompareFiles(argv[2], argv[3]);
-  std::fprintf(stderr,
-               "usage: truth make SCENE.obj POINTS.csv [...] | compare ROOM.ply POINTS.csv\n");
+  if (mode == "worst") return isolux::ShowWorst(argv[2], argv[3]);
+  std::fprintf(
+      stderr, "usage: truth make SCENE.obj POINTS.csv [...] | compare|worst ROOM.ply POINTS.csv\n");
   return 2;
 }
