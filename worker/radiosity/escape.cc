@@ -6,6 +6,7 @@
 #include "common/util/disjoint_sets.h"
 #include "common/util/random.h"
 #include "worker/radiosity/folded_path.h"
+#include "worker/radiosity/openings.h"
 #include "worker/radiosity/polygon_sampler.h"
 
 namespace isolux {
@@ -97,6 +98,7 @@ Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, const Mirro
   for (uint32_t s = 0; s < surfaces.size(); ++s) {
     for (const uint32_t met : scouted[s].met) components.Join(s, met);
   }
+  JoinPastFreeEdges(hierarchy, rays, seed, pool, &components);
   struct Pool {
     uint64_t rays = 0, escaped = 0;
     double area = 0, reflecting = 0;
