@@ -30,7 +30,7 @@ inline Scout ClosedWithoutLooking(const Hierarchy& hierarchy) {
 struct LinkBench {
   // scouted: whether rays look for components and for light that escapes, which takes longer than
   // all the rest of a small room.
-  LinkBench(Scene scene_in, double share, int threads = 2, bool scouted = true)
+  LinkBench(Scene scene_in, double share, int threads = 2, bool scouted = true, uint64_t seed = 1)
       : scene(std::move(scene_in)),
         pool(threads),
         hierarchy(scene),
@@ -49,8 +49,8 @@ struct LinkBench {
         Placement::Make(tree, {{{NodeId::kCluster, 0}}, {0}, 1}, 0).value());
     const NodeSampler sampler(tree);
     epsilon_w = share * emitted;
-    EXPECT_TRUE(Refine(epsilon_w, {&rays, &sampler, 1, !hierarchy.convex()}, tree, *placement, pool,
-                       links, counters, nullptr)
+    EXPECT_TRUE(Refine(epsilon_w, {&rays, &sampler, seed, !hierarchy.convex()}, tree, *placement,
+                       pool, links, counters, nullptr)
                     .ok());
     nodes = Subscribe(tree, *placement, links, {}, exchange).value();
     product = std::make_unique<Product>(tree, *placement, links, nodes, pool, exchange);

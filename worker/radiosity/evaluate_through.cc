@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/util/random.h"
 #include "worker/radiosity/cluster_pair.h"
 #include "worker/radiosity/couple_through.h"
 #include "worker/radiosity/transmission.h"
@@ -54,7 +55,15 @@ LinkVerdict EvaluateThrough(const RefineScene& scene, const Tree& tree, double e
     if (const LinkVerdict verdict = judge(link); verdict != LinkVerdict::kKeep) return verdict;
   }
   Sample(scene, tree, image, link, rays);
-  return judge(link);
+  const LinkVerdict verdict = judge(link);
+  if (verdict != LinkVerdict::kKeep) return verdict;
+  // Of other rays than those that judged it: see kValue.
+  const SampledVisibility sampled =
+      SampleThrough(tree, *scene.sampler, *scene.rays, image, link.p, link.q, scene.occlusion,
+                    Hash(scene.seed, kValue));
+  *rays = static_cast<uint8_t>(*rays + sampled.traced);
+  link.SetThroughMirrors(image, sampled.share, link.rays());
+  return verdict;
 }
 
 }  // namespace isolux

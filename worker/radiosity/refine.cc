@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/util/random.h"
 #include "worker/coupling/coupling.h"
 #include "worker/coupling/variation.h"
 #include "worker/radiosity/cluster_pair.h"
@@ -198,7 +199,11 @@ class Evaluator {
     } else {
       Sample(link, found);
     }
-    return Judge(link);
+    const LinkVerdict verdict = Judge(link);
+    if (verdict == LinkVerdict::kKeep && link.visible_rays != Link::kProved) {
+      SampleAgain(link, found);
+    }
+    return verdict;
   }
 
   // What stands between the ends of a pair of elements.
@@ -223,6 +228,14 @@ class Evaluator {
     found.rays = static_cast<uint8_t>(sampled.traced);
     link.visible_share = static_cast<uint16_t>(std::lround(sampled.share * 65535));
     link.visible_rays = static_cast<uint8_t>(sampled.visible);
+  }
+
+  // See kValue.
+  void SampleAgain(Link& link, Evaluation& found) const {
+    const SampledVisibility sampled = SampleVisibility(tree_, *scene_.sampler, *scene_.rays, link.p,
+                                                       link.q, Hash(scene_.seed, kValue));
+    found.rays = static_cast<uint8_t>(found.rays + sampled.traced);
+    link.visible_share = static_cast<uint16_t>(std::lround(sampled.share * 65535));
   }
 
   // The split asked for, or that of the other end, or none: what the numbers can still resolve.
@@ -399,9 +412,10 @@ LinkError ErrorOf(const Tree& tree, const Link& link, const NodeValues& p, const
     return error;
   }
   const double deviation = link.visibility_deviation();
-  const double share = link.rays() == Link::kProved
-                           ? 1.0
-                           : std::max(link.visibility(), (link.rays() + 1.0) / (Link::kRays + 2.0));
+  const double share =
+      link.rays() == Link::kProved
+          ? 1.0
+          : (link.rays() + 1.0) / (Link::kRays + 2.0);  // of the rays that judge: SampleAgain
   const double unoccluded = link.unoccluded_m2;
   const double flux_p = tree.area_m2(link.p) * link.variation_p * share;  // A ΔF V, m²
   const double flux_q = tree.area_m2(link.q) * link.variation_q * share;

@@ -35,6 +35,11 @@ enum class LinkVerdict : uint8_t { kKeep, kDrop, kSplitP, kSplitQ };
 inline constexpr double kCouplingShare = 0.03;
 // Deviation of visibility when all rays agree: nothing sampled can have less.
 inline constexpr double kSmallestDeviation = 0.3;
+// A link is kept by rays that agree, which are no fair sample of what passes: through a small hole
+// none does, and where one did the link was divided. So its value is that of other rays, whose seed
+// this tells from that of those that judge. Power through a hole of a tenth of a wall's width, over
+// the exact: .72 with one packet at 12,000 links, .82 at 94,000; with two .99 and 1.00.
+inline constexpr uint64_t kValue = 0x7a10e;
 
 // The terms of a link's error that remain when irradiance is gathered point by point, and the
 // whole.

@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "common/util/random.h"
+#include "tests/support/hard_scenes.h"
 #include "tests/support/link_bench.h"
 #include "tests/support/scenes.h"
 #include "worker/radiosity/closure.h"
@@ -116,6 +118,33 @@ TEST(Escape, TellsClosedFromOpen) {
   const Hierarchy open(open_scene);
   for (const uint8_t c : ScoutEscapes(open, RayScene(open), Mirrors(), 0.02, 1, pool).closed)
     EXPECT_EQ(c, 0);
+}
+
+TEST(Escape, JoinsWhatAPinholeJoins) {
+  ThreadPool pool(2);
+  for (const double hole : {0.0, 0.01, 0.001}) {
+    testing::SceneSketch sketch;
+    const uint32_t lamp = sketch.Material("lamp", 0.5, 1), wall = sketch.Material("wall", 0.5);
+    sketch.Box({0, 0, 0}, {4, 3, 2}, true, wall, kFrontTakesPart);
+    // A box in the room, lit inside, with a hole or none in its left side.
+    if (hole > 0) {
+      sketch.WallWithHole(0, 1, {1, 0.5}, {2, 1.5}, {1.4, 1.1}, hole, wall, testing::kBothTakePart);
+    } else {
+      sketch.Rectangle(0, 1, {1, 0.5}, {2, 1.5}, true, wall, testing::kBothTakePart);
+    }
+    sketch.Rectangle(0, 2, {1, 0.5}, {2, 1.5}, true, wall, testing::kBothTakePart);
+    for (const double at : {1.0, 2.0})
+      sketch.Rectangle(1, at, {0.5, 1}, {1.5, 2}, true, wall, testing::kBothTakePart);
+    sketch.Rectangle(2, 0.5, {1, 1}, {2, 2}, true, lamp, testing::kBothTakePart | kFrontEmits);
+    sketch.Rectangle(2, 1.5, {1, 1}, {2, 2}, true, wall, testing::kBothTakePart);
+    const Scene scene = sketch.Take();
+    const Hierarchy hierarchy(scene);
+    for (uint64_t seed = 1; seed <= 5; ++seed) {
+      const Scout scout = ScoutEscapes(hierarchy, RayScene(hierarchy), Mirrors(), 0.02, seed, pool);
+      std::set<uint32_t> components(scout.component.begin(), scout.component.end());
+      EXPECT_EQ(components.size(), hole > 0 ? 1U : 2U) << "hole " << hole << ", seed " << seed;
+    }
+  }
 }
 
 // (I − R K R) y = R K E by Gaussian elimination, K column by column from products.
