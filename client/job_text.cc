@@ -32,9 +32,13 @@ uint32_t Workers(const JobInfo& job) {
 }
 
 json ErrorParts(const RoundSummary& round) {
-  return {{"spread", round.error_spread},     {"visibility", round.error_visibility},
-          {"coupling", round.error_coupling}, {"solver", round.error_solver},
-          {"closure", round.error_closure},   {"gather", round.error_gather}};
+  return {{"spread", round.error_spread},
+          {"visibility", round.error_visibility},
+          {"coupling", round.error_coupling},
+          {"solver", round.error_solver},
+          {"closure", round.error_closure},
+          {"gather", round.error_gather},
+          {"interpolation", round.error_interpolation}};
 }
 
 json History(const std::vector<RoundSummary>& rounds) {

@@ -190,7 +190,7 @@ Result<PatchFile> JobRunner::Impl::RunEpoch() {
   if (effects.plan.interreflection) {
     RETURN_IF_ERROR(GatherSources(*crew, hierarchy, snapshot, output.accuracy, waves));
   }
-  ASSIGN_OR_RETURN(PatchFile patch,
+  ASSIGN_OR_RETURN(OutputMesh mesh,
                    BuildOutputMesh(hierarchy, snapshot, output,
                                    [&](const std::vector<NodeId>& elements,
                                        const std::vector<uint8_t>& corners) {
@@ -203,7 +203,10 @@ Result<PatchFile> JobRunner::Impl::RunEpoch() {
   summary.workers = crew->present_count();
   summary.rays = waves.rays();
   for (const RoundSummary& row : summary.rounds) summary.rays += row.rays;
-  return patch;
+  RoundSummary& last = summary.rounds.back();
+  last.error_interpolation = mesh.interpolation_error;
+  last.error_estimate = std::hypot(last.error_estimate, mesh.interpolation_error);
+  return std::move(mesh.patch);
 }
 
 Status JobRunner::Impl::Assemble() {

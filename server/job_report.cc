@@ -64,6 +64,7 @@ std::string RoundLine(const RoundSummary& row) {
       .Add("solver", row.error_solver)
       .Add("closure", row.error_closure)
       .Add("gather", row.error_gather)
+      .Add("interpolation", row.error_interpolation)
       .Add("rms", row.error_rms)
       .Add("p95", row.error_p95)
       .Add("worst", row.error_worst)
@@ -136,6 +137,7 @@ void AddLastRound(const RoundSummary& last, Comments* comments) {
   add("error_solver", last.error_solver);
   add("error_closure", last.error_closure);
   add("error_gather", last.error_gather);
+  add("error_interpolation", last.error_interpolation);
   add("error_rms", last.error_rms);
   add("error_p95", last.error_p95);
   add("error_worst", last.error_worst);

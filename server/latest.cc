@@ -42,6 +42,7 @@ Result<PatchFile> BuildLatest(const Scene& scene, const Snapshot& newest, const 
   const double error = AddVariation(hierarchy, &snapshot);
   OutputMeshOptions options;
   options.waves = 1;
+  options.further_waves = 0;
   const auto constants = [&](const std::vector<NodeId>& elements,
                              const std::vector<uint8_t>&) -> Result<std::vector<double>> {
     std::vector<double> values;
@@ -56,7 +57,8 @@ Result<PatchFile> BuildLatest(const Scene& scene, const Snapshot& newest, const 
     }
     return values;
   };
-  ASSIGN_OR_RETURN(PatchFile patch, BuildOutputMesh(hierarchy, snapshot, options, constants));
+  ASSIGN_OR_RETURN(OutputMesh mesh, BuildOutputMesh(hierarchy, snapshot, options, constants));
+  PatchFile& patch = mesh.patch;
 
   SolveSummary summary = job.summary;
   const RoundSummary& last = summary.rounds.back();
@@ -79,7 +81,7 @@ Result<PatchFile> BuildLatest(const Scene& scene, const Snapshot& newest, const 
   patch.comments.emplace_back("latest_round", fmt::format("{}", last.round));
   patch.comments.emplace_back("gathered", "no: means of the leaves");
   patch.comments.emplace_back("error_estimate_gathered", fmt::format("{}", last.error_estimate));
-  return patch;
+  return std::move(patch);
 }
 
 }  // namespace isolux

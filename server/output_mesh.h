@@ -1,6 +1,5 @@
-// From gathered corners to the patch file: output elements are refined in waves where the
-// irradiance bends (each division into four, by two cuts), coincident corners of coplanar
-// neighbours of one material are merged, T-vertices inserted.
+// From gathered corners to the patch file: output elements are refined where the irradiance bends,
+// coincident corners of coplanar neighbours of one material are merged, T-vertices inserted.
 #pragma once
 
 #include <functional>
@@ -14,7 +13,9 @@ namespace isolux {
 
 struct OutputMeshOptions {
   double accuracy = 0.02;  // of the solution; where irradiance bends by twice that, it is divided
-  int waves = 4;           // at most; the first is the leaves themselves
+  int waves =
+      4;  // that divide whatever bends; the first is the leaves themselves, and 1 all there is
+  int further_waves = 8;  // at most, where interpolation would take too much of the accuracy
   uint64_t max_elements = 4'000'000;
 };
 
@@ -25,15 +26,13 @@ struct OutputMeshOptions {
 using GatherFunction = std::function<Result<std::vector<double>>(
     const std::vector<NodeId>& elements, const std::vector<uint8_t>& corners)>;
 
-// Runs the waves and builds the patch file's vertices and faces (not its comments).
-Result<PatchFile> BuildOutputMesh(const Hierarchy& hierarchy, const Snapshot& snapshot,
-                                  const OutputMeshOptions& options, const GatherFunction& gather);
+struct OutputMesh {
+  PatchFile patch;                 // vertices and faces, no comments
+  double interpolation_error = 0;  // mean |ΔH| / mean H that interpolation is expected to leave
+};
 
-// How many elements each of these leaves (places in the snapshot, in order) would be divided into.
-Result<std::vector<uint64_t>> CountOutputElements(const Hierarchy& hierarchy,
-                                                  const Snapshot& snapshot,
-                                                  const std::vector<uint32_t>& leaves,
-                                                  const OutputMeshOptions& options,
-                                                  const GatherFunction& gather);
+// Refines the output (see output_refinement.h) and builds the patch file's vertices and faces.
+Result<OutputMesh> BuildOutputMesh(const Hierarchy& hierarchy, const Snapshot& snapshot,
+                                   const OutputMeshOptions& options, const GatherFunction& gather);
 
 }  // namespace isolux

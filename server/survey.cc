@@ -7,6 +7,7 @@
 
 #include "common/util/random.h"
 #include "server/gather_waves.h"
+#include "server/output_refinement.h"
 #include "server/source_gather.h"
 
 namespace isolux {
@@ -115,6 +116,7 @@ Status SampleGather(Crew& crew, const Hierarchy& hierarchy, const Snapshot& snap
   ASSIGN_OR_RETURN(row->error_gather,
                    GatherError(crew, hierarchy, snapshot, sample, output.accuracy));
   OutputMeshOptions unlimited = output;
+  unlimited.further_waves = 0;  // few elements need them
   unlimited.max_elements = UINT64_MAX / 8;
   GatherWaves waves(crew, output.accuracy, kSampleLeaves);
   uint64_t points = 0;
@@ -123,12 +125,13 @@ Status SampleGather(Crew& crew, const Hierarchy& hierarchy, const Snapshot& snap
     for (const uint8_t wanted : corners) points += static_cast<uint64_t>(std::popcount(wanted));
     return waves.Gather(elements, corners, nullptr);
   };
-  ASSIGN_OR_RETURN(const std::vector<uint64_t> elements,
-                   CountOutputElements(hierarchy, snapshot, sample.leaves, unlimited, gather));
+  ASSIGN_OR_RETURN(const OutputElements refined,
+                   RefineOutput(hierarchy, snapshot, sample.leaves, unlimited, gather));
   double seen = 0, whole = 0;
-  for (size_t i = 0; i < elements.size(); ++i) {
-    seen += static_cast<double>(elements[i]);
-    whole += sample.weight[i] * static_cast<double>(elements[i]);
+  for (const OutputElement& element : refined.elements) {
+    const auto place = std::lower_bound(sample.leaves.begin(), sample.leaves.end(), element.leaf);
+    ++seen;
+    whole += sample.weight[static_cast<size_t>(place - sample.leaves.begin())];
   }
   const double most = static_cast<double>(output.max_elements);
   const double factor = seen > 0 ? std::min(whole, most) / seen : 0;

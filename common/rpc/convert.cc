@@ -141,6 +141,7 @@ v1::RoundSummary ToProto(const RoundSummary& round) {
   message.set_leak_area(round.leak_area);
   message.set_error_closure(round.error_closure);
   message.set_error_gather(round.error_gather);
+  message.set_error_interpolation(round.error_interpolation);
   message.set_error_rms(round.error_rms);
   message.set_error_p95(round.error_p95);
   message.set_error_worst(round.error_worst);
@@ -197,6 +198,7 @@ Result<RoundSummary> FromProto(const v1::RoundSummary& message) {
   round.leak_area = message.leak_area();
   round.error_closure = message.error_closure();
   round.error_gather = message.error_gather();
+  round.error_interpolation = message.error_interpolation();
   round.error_rms = message.error_rms();
   round.error_p95 = message.error_p95();
   round.error_worst = message.error_worst();

@@ -37,16 +37,17 @@ struct SolveOptions {
 
 // One row a round: progress, log, report.
 struct RoundSummary {
-  uint32_t round = 0;           // from 1
-  double epsilon = 0;           // power error below which a link is kept, W
-  double error_estimate = 0;    // mean |ΔH| / mean H of the output
-  double error_spread = 0;      // its parts: variation of sources within a link,
-  double error_visibility = 0;  //   sampled visibility,
-  double error_coupling = 0;    //   coupling factors,
-  double error_solver = 0;      //   unfinished iteration, effects left out,
-  double error_closure = 0;     //   rows that do not add up,
-  double error_gather = 0;      //   rays and openings of the gather, at sampled leaves
-  double error_rms = 0;         // √(mean |ΔH|²) / mean H
+  uint32_t round = 0;              // from 1
+  double epsilon = 0;              // power error below which a link is kept, W
+  double error_estimate = 0;       // mean |ΔH| / mean H of the output
+  double error_spread = 0;         // its parts: variation of sources within a link,
+  double error_visibility = 0;     //   sampled visibility,
+  double error_coupling = 0;       //   coupling factors,
+  double error_solver = 0;         //   unfinished iteration, effects left out,
+  double error_closure = 0;        //   rows that do not add up,
+  double error_gather = 0;         //   rays and openings of the gather, at sampled leaves
+  double error_interpolation = 0;  // of the output mesh: of the last round, once it is made
+  double error_rms = 0;            // √(mean |ΔH|²) / mean H
   // Local error |ΔH| / max(H, 5 % of the mean): what 95 % of the area are expected to be within,
   // and the largest expected of any element, which is that of surface `worst_surface`, path
   // `worst_path`, on `worst_polygon` of the scene file.

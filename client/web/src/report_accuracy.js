@@ -10,6 +10,7 @@ const kCauses = [
   ["solver", "unfinished iteration"],
   ["closure", "rows that do not add up"],
   ["gather", "gathering the output"],
+  ["interpolation", "between output points"],
 ];
 
 const kRounds = { label: "round →", text: (round) => format.count(round) };

@@ -12,14 +12,31 @@ RoundSummary Numbered(double base) {
   double next = base;
   RoundSummary round;
   round.round = static_cast<uint32_t>(++next);
-  for (double* value : {&round.epsilon,          &round.error_estimate,   &round.error_spread,
-                        &round.error_visibility, &round.error_coupling,   &round.error_solver,
-                        &round.residual,         &round.energy_imbalance, &round.seconds,
-                        &round.refine_s,         &round.exchange_s,       &round.solve_s,
-                        &round.snapshot_s,       &round.balance_s,        &round.load_max_over_mean,
-                        &round.error_closure,    &round.error_gather,     &round.error_rms,
-                        &round.error_p95,        &round.error_worst,      &round.output_s,
-                        &round.sample_s,         &round.links_per_split,  &round.leak_area}) {
+  for (double* value : {&round.epsilon,
+                        &round.error_estimate,
+                        &round.error_spread,
+                        &round.error_visibility,
+                        &round.error_coupling,
+                        &round.error_solver,
+                        &round.residual,
+                        &round.energy_imbalance,
+                        &round.seconds,
+                        &round.refine_s,
+                        &round.exchange_s,
+                        &round.solve_s,
+                        &round.snapshot_s,
+                        &round.balance_s,
+                        &round.load_max_over_mean,
+                        &round.error_closure,
+                        &round.error_gather,
+                        &round.error_rms,
+                        &round.error_p95,
+                        &round.error_worst,
+                        &round.output_s,
+                        &round.sample_s,
+                        &round.links_per_split,
+                        &round.leak_area,
+                        &round.error_interpolation}) {
     *value = ++next;
   }
   for (uint64_t* value :
