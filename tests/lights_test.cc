@@ -10,6 +10,7 @@
 #include "common/util/random.h"
 #include "tests/support/local_cluster.h"
 #include "tests/support/scenes.h"
+#include "tests/support/solve_scene.h"
 #include "worker/coupling/point_factor.h"
 
 namespace isolux::testing {
@@ -54,12 +55,7 @@ Scene Floor(double reflectance) {
 
 SolveResult Solve(const Scene& scene, double accuracy = 0.05, const std::string& effects = "",
                   int workers = 1) {
-  SolveOptions options;
-  options.accuracy = accuracy;
-  options.effects = effects;
-  auto result = SolveInProcess(scene, options, workers, 2);
-  EXPECT_TRUE(result.has_value()) << result.error().message();
-  return result.has_value() ? *std::move(result) : SolveResult{};
+  return SolveScene(scene, accuracy, effects, workers);
 }
 
 TEST(Lights, InverseSquareWithCosineAtEveryVertex) {

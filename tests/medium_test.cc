@@ -11,6 +11,7 @@
 #include "common/util/random.h"
 #include "tests/support/local_cluster.h"
 #include "tests/support/scenes.h"
+#include "tests/support/solve_scene.h"
 #include "worker/radiosity/transmission.h"
 
 namespace isolux::testing {
@@ -20,12 +21,7 @@ using std::numbers::pi;
 
 SolveResult Solve(const Scene& scene, double accuracy, const std::string& effects = "",
                   int workers = 1) {
-  SolveOptions options;
-  options.accuracy = accuracy;
-  options.effects = effects;
-  auto result = SolveInProcess(scene, options, workers, 2);
-  EXPECT_TRUE(result.has_value()) << result.error().message();
-  return result.has_value() ? std::move(*result) : SolveResult{};
+  return SolveScene(scene, accuracy, effects, workers);
 }
 
 const RoundSummary& LastRound(const SolveResult& result) { return result.summary.rounds.back(); }

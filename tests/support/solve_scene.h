@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
 #include <utility>
 
 #include "tests/support/local_cluster.h"
@@ -15,15 +16,23 @@ inline SolveOptions ToAccuracy(double accuracy) {
   return options;
 }
 
-inline SolveResult SolveScene(const Scene& scene, const SolveOptions& options) {
+inline SolveResult SolveScene(const Scene& scene, const SolveOptions& options, int workers = 1) {
   EXPECT_TRUE(Validate(scene).ok()) << Validate(scene).message();
-  Result<SolveResult> result = SolveInProcess(scene, options, 1, 2);
+  Result<SolveResult> result = SolveInProcess(scene, options, workers, 2);
   EXPECT_TRUE(result.has_value()) << result.error().message();
   return result ? std::move(*result) : SolveResult{};
 }
 
 inline SolveResult SolveScene(const Scene& scene, double accuracy) {
   return SolveScene(scene, ToAccuracy(accuracy));
+}
+
+// `effects`: as --effects says it.
+inline SolveResult SolveScene(const Scene& scene, double accuracy, const std::string& effects,
+                              int workers = 1) {
+  SolveOptions options = ToAccuracy(accuracy);
+  options.effects = effects;
+  return SolveScene(scene, options, workers);
 }
 
 }  // namespace isolux::testing
