@@ -43,12 +43,14 @@ LocalRowsOf<V>& LinkTransportOf<V>::rows() {
 template <typename V>
 void LinkTransportOf<V>::Sweep(std::span<V> radiosity, std::span<const V> from_others,
                                const Update& update) {
-  for (size_t i = 0; i < radiosity.size(); ++i) radiosity[i] *= leaves_.closure[i];
-  rows().Sweep(radiosity, [&](size_t leaf, const V& arriving) {
+  // What the update sees of `radiosity` is without the factors.
+  scaled_.resize(radiosity.size());
+  for (size_t i = 0; i < radiosity.size(); ++i) scaled_[i] = radiosity[i] * leaves_.closure[i];
+  rows().Sweep(std::span<V>(scaled_), [&](size_t leaf, const V& arriving) {
     const double d = leaves_.closure[leaf];
-    return update(leaf, from_others[leaf] + d * arriving) * d;
+    radiosity[leaf] = update(leaf, from_others[leaf] + d * arriving);
+    return radiosity[leaf] * d;
   });
-  for (size_t i = 0; i < radiosity.size(); ++i) radiosity[i] /= leaves_.closure[i];
 }
 
 template <typename V>
