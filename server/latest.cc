@@ -40,7 +40,11 @@ Result<PatchFile> BuildLatest(const Scene& scene, const Snapshot& newest, const 
   const Hierarchy hierarchy(scene);
   Snapshot snapshot = newest;
   const double error = AddVariation(hierarchy, &snapshot);
+  const EffectsTable effects =
+      PlanEffects(hierarchy, job.options.accuracy,
+                  ParseEffectsChoice(job.options.effects).value_or(EffectsChoice{}));
   OutputMeshOptions options;
+  options.sheets = TranslucentSheets(hierarchy, effects.plan);
   options.waves = 1;
   options.further_waves = 0;
   const auto constants = [&](const std::vector<NodeId>& elements,
@@ -66,9 +70,6 @@ Result<PatchFile> BuildLatest(const Scene& scene, const Snapshot& newest, const 
   summary.workers = job.activity.workers;
   summary.rays = 0;
   for (const RoundSummary& row : summary.rounds) summary.rays += row.rays;
-  const EffectsTable effects =
-      PlanEffects(hierarchy, job.options.accuracy,
-                  ParseEffectsChoice(job.options.effects).value_or(EffectsChoice{}));
   patch.comments =
       MakeComments({job.name, scene, job.digest, job.options, effects}, summary, Traffic());
   std::erase_if(patch.comments, [](const auto& comment) {

@@ -8,6 +8,7 @@
 #include "common/hierarchy/element.h"
 #include "server/output_maps.h"
 #include "server/output_refinement.h"
+#include "server/output_sheets.h"
 #include "server/weld.h"
 #include "server/weld_groups.h"
 
@@ -30,13 +31,22 @@ Channels Radiosity(const Optics& optics, const Channels& irradiance) {
   return result;
 }
 
+void AddPassedOn(const Rgb& transmittance, const Channels& behind, Channels* radiosity) {
+  for (int c = 0; c < 3; ++c) {
+    (*radiosity)[c] += static_cast<float>(transmittance[c] * behind[c]);
+  }
+}
+
 // Elements → vertices and faces.
 class Assembly {
  public:
-  Assembly(const Hierarchy& hierarchy, const Snapshot& snapshot, std::vector<Element> elements)
+  Assembly(const Hierarchy& hierarchy, const Snapshot& snapshot, const TranslucentSheets& sheets,
+           std::vector<Element> elements)
       : hierarchy_(hierarchy),
+        sheets_(sheets),
         leaves_(snapshot.leaves),
         elements_(std::move(elements)),
+        behind_(ElementsBehind(sheets, elements_)),
         welder_(kWeldTolerance * hierarchy.extent_m(), hierarchy.clusters()[0].bounds.low,
                 elements_.size() + elements_.size() / 2 + 16) {}
 
@@ -61,8 +71,12 @@ class Assembly {
       for (int k = 0; k < shape.count; ++k) {
         const uint32_t vertex = welder_.Vertex(shape.v[k], groups[surface]);
         corners_[e][k] = vertex;
-        if (vertex == sums_.size()) sums_.push_back({{}, 0, surface, {}});
+        if (vertex == sums_.size()) sums_.push_back({{}, {}, 0, surface, {}});
         for (int c = 0; c < 3; ++c) sums_[vertex].irradiance[c] += element.irradiance[k][c];
+        if (const Element* behind = Behind(e)) {
+          const Channels& irradiance = behind->irradiance[CornerBehind(shape.count, k)];
+          for (int c = 0; c < 3; ++c) sums_[vertex].behind[c] += irradiance[c];
+        }
         ++sums_[vertex].count;
         if (!hierarchy_.maps().Varies(hierarchy_.surfaces()[surface].polygon)) continue;
         const Optics optics = hierarchy_.maps().AtCorner(hierarchy_.surfaces()[surface], shape, k);
@@ -82,24 +96,54 @@ class Assembly {
         vertex.irradiance[c] = static_cast<float>(sums_[v].irradiance[c] / sums_[v].count);
       }
       vertex.radiosity = Radiosity(OpticsOf(sums_[v]), vertex.irradiance);
+      if (sheets_.empty()) continue;
+      Channels behind{};
+      for (int c = 0; c < 3; ++c) {
+        behind[c] = static_cast<float>(sums_[v].behind[c] / sums_[v].count);
+      }
+      AddPassedOn(sheets_.TransmittanceOf(sums_[v].surface), behind, &vertex.radiosity);
     }
   }
 
   void AddFaces(const std::vector<TVertex>& t_vertices, PatchFile* file) const {
     file->faces.reserve(elements_.size());
+    const std::vector<Channels> irradiance = MeanIrradiances();
     size_t t = 0;
+    for (size_t e = 0; e < elements_.size(); ++e) {
+      PatchFace face;
+      face.vertices = VertexList(e, t_vertices, &t);
+      if (face.vertices.size() < 3) continue;  // thinner than the tolerance
+      FillFace(elements_[e], irradiance[e], &face);
+      if (Behind(e) != nullptr) {
+        AddPassedOn(sheets_.TransmittanceOf(face.surface), irradiance[behind_[e]], &face.radiosity);
+      }
+      file->faces.push_back(std::move(face));
+    }
+  }
+
+  // Of each element.
+  std::vector<Channels> MeanIrradiances() const {
+    std::vector<Channels> irradiance(elements_.size());
     for (size_t begin = 0; begin < elements_.size();) {
       size_t end = begin;
       while (end < elements_.size() && elements_[end].leaf == elements_[begin].leaf) ++end;
       const Means means = MeansOf({&elements_[begin], end - begin});
       for (; begin < end; ++begin) {
-        PatchFace face;
-        face.vertices = VertexList(begin, t_vertices, &t);
-        if (face.vertices.size() < 3) continue;  // thinner than the tolerance
-        FillFace(elements_[begin], means, &face);
-        file->faces.push_back(std::move(face));
+        const Element& element = elements_[begin];
+        const int corners = hierarchy_.geometry(element.id.surface).count;
+        for (int c = 0; c < 3; ++c) {
+          irradiance[begin][c] = static_cast<float>(
+              means.constant[c] + means.scale[c] * MeanOfCorners(element, corners, c));
+        }
       }
     }
+    return irradiance;
+  }
+
+  // The same piece on the other side of a sheet; null where there is none.
+  const Element* Behind(size_t element) const {
+    const bool none = behind_.empty() || behind_[element] == TranslucentSheets::kNone;
+    return none ? nullptr : &elements_[behind_[element]];
   }
 
   // Corners and T-vertices in order; corners that became one vertex stand once.
@@ -163,18 +207,14 @@ class Assembly {
     return means;
   }
 
-  void FillFace(const Element& element, const Means& means, PatchFace* face) const {
+  void FillFace(const Element& element, const Channels& irradiance, PatchFace* face) const {
     const LeafRecord& leaf = leaves_[element.leaf];
     const uint32_t s = element.id.surface;
     const Surface& surface = hierarchy_.surfaces()[s];
-    const int corners = hierarchy_.geometry(s).count;
     const Optics optics =
         hierarchy_.maps().Over(surface, ElementGeometry(hierarchy_.geometry(s), element.id.path));
-    for (int c = 0; c < 3; ++c) {
-      face->irradiance[c] = static_cast<float>(means.constant[c] +
-                                               means.scale[c] * MeanOfCorners(element, corners, c));
-      face->emission[c] = static_cast<float>(optics.exitance[c]);
-    }
+    face->irradiance = irradiance;
+    for (int c = 0; c < 3; ++c) face->emission[c] = static_cast<float>(optics.exitance[c]);
     face->radiosity = Radiosity(optics, face->irradiance);
     face->error = leaf.error;
     face->polygon = hierarchy_.scene().polygons[surface.polygon].file_polygon;
@@ -185,6 +225,7 @@ class Assembly {
 
   struct VertexSum {
     std::array<double, 3> irradiance{};
+    std::array<double, 3> behind{};  // the same on the other side of a sheet
     uint32_t count = 0;
     uint32_t surface = 0;  // the first; all of a group reflect and emit alike
     Optics optics;         // sums over the elements, where a map varies them
@@ -202,8 +243,10 @@ class Assembly {
   }
 
   const Hierarchy& hierarchy_;
+  const TranslucentSheets& sheets_;
   const std::vector<LeafRecord>& leaves_;
   std::vector<Element> elements_;
+  std::vector<uint32_t> behind_;  // of each element, the same piece of the other side of a sheet
   Welder welder_;
   std::vector<std::array<uint32_t, 4>> corners_;  // vertices of each element's corners
   std::vector<VertexSum> sums_;                   // of each vertex
@@ -217,7 +260,8 @@ Result<OutputMesh> BuildOutputMesh(const Hierarchy& hierarchy, const Snapshot& s
   std::iota(all.begin(), all.end(), 0);
   ASSIGN_OR_RETURN(OutputElements output, RefineOutput(hierarchy, snapshot, all, options, gather));
   DivideByMaps(hierarchy, options.max_elements, &output.elements);
-  return OutputMesh{Assembly(hierarchy, snapshot, std::move(output.elements)).Run(),
+  DivideSheetsAlike(hierarchy, options.sheets, &output.elements);
+  return OutputMesh{Assembly(hierarchy, snapshot, options.sheets, std::move(output.elements)).Run(),
                     output.interpolation_error};
 }
 

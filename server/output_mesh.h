@@ -7,6 +7,7 @@
 
 #include "common/hierarchy/hierarchy.h"
 #include "common/hierarchy/snapshot.h"
+#include "common/hierarchy/translucent_sheets.h"
 #include "common/scene/patch_file.h"
 
 namespace isolux {
@@ -17,6 +18,7 @@ struct OutputMeshOptions {
       4;  // that divide whatever bends; the first is the leaves themselves, and 1 all there is
   int further_waves = 8;  // at most, where interpolation would take too much of the accuracy
   uint64_t max_elements = 4'000'000;
+  TranslucentSheets sheets;  // that are simulated
 };
 
 // Irradiance (W/m²) at corners of elements: 4 corners × 3 channels each, in the elements' order, of

@@ -186,6 +186,15 @@ class Refinement {
       for (const Channels& corner : element.irradiance) light += Sum(corner);
       if (light > 0) lit[element.id.surface] = true;
     }
+    // What arrives on one side of a sheet is seen on the other.
+    if (!options_.sheets.empty()) {
+      for (uint32_t s = 0; s < lit.size(); ++s) {
+        const uint32_t behind = options_.sheets.PartnerOf(s);
+        if (behind != TranslucentSheets::kNone && (lit[s] || lit[behind])) {
+          lit[s] = lit[behind] = true;
+        }
+      }
+    }
     std::erase_if(*pieces, [&](const Piece& piece) { return !lit[piece.element.id.surface]; });
   }
 

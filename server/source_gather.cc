@@ -14,12 +14,14 @@ constexpr double kUngathered = 0.1;
 
 }  // namespace
 
-std::vector<uint32_t> LeavesThatReflectMost(const Hierarchy& hierarchy, const Snapshot& snapshot,
-                                            double accuracy) {
+std::vector<uint32_t> LeavesThatReflectMost(const Hierarchy& hierarchy,
+                                            const TranslucentSheets& sheets,
+                                            const Snapshot& snapshot, double accuracy) {
   std::vector<double> reflected_w;
   ExactSum total_w;
   for (const LeafRecord& leaf : snapshot.leaves) {
-    const Rgb& rho = hierarchy.surfaces()[leaf.id.surface].reflectance;
+    const Rgb rho =
+        hierarchy.surfaces()[leaf.id.surface].reflectance + sheets.TransmittanceOf(leaf.id.surface);
     const double area_m2 = std::ldexp(hierarchy.surface_area_m2(leaf.id.surface), -leaf.id.level());
     reflected_w.push_back(area_m2 * (rho.x * leaf.irradiance[0] + rho.y * leaf.irradiance[1] +
                                      rho.z * leaf.irradiance[2]));
@@ -38,9 +40,9 @@ std::vector<uint32_t> LeavesThatReflectMost(const Hierarchy& hierarchy, const Sn
   return order;
 }
 
-Status GatherSources(Crew& crew, const Hierarchy& hierarchy, const Snapshot& snapshot,
-                     double accuracy, GatherWaves& waves) {
-  const std::vector<uint32_t> most = LeavesThatReflectMost(hierarchy, snapshot, accuracy);
+Status GatherSources(Crew& crew, const Hierarchy& hierarchy, const TranslucentSheets& sheets,
+                     const Snapshot& snapshot, double accuracy, GatherWaves& waves) {
+  const std::vector<uint32_t> most = LeavesThatReflectMost(hierarchy, sheets, snapshot, accuracy);
   std::vector<NodeId> ids;
   for (const uint32_t leaf : most) ids.push_back(snapshot.leaves[leaf].id);
   ASSIGN_OR_RETURN(const std::vector<double> gathered,

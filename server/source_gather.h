@@ -7,19 +7,22 @@
 
 #include "common/hierarchy/hierarchy.h"
 #include "common/hierarchy/snapshot.h"
+#include "common/hierarchy/translucent_sheets.h"
 #include "server/crew.h"
 #include "server/gather_waves.h"
 
 namespace isolux {
 
 // Places in the snapshot, in order, of the leaves that reflect most: all but a tenth of the
-// accuracy of what all reflect. The rest may be most of all leaves.
-std::vector<uint32_t> LeavesThatReflectMost(const Hierarchy& hierarchy, const Snapshot& snapshot,
-                                            double accuracy);
+// accuracy of what all reflect. The rest may be most of all leaves. What sheets pass on counts as
+// reflected.
+std::vector<uint32_t> LeavesThatReflectMost(const Hierarchy& hierarchy,
+                                            const TranslucentSheets& sheets,
+                                            const Snapshot& snapshot, double accuracy);
 
 // Puts what is gathered at the middles of these leaves in the place of what the solution has for
 // them, at the workers, for the output alone.
-Status GatherSources(Crew& crew, const Hierarchy& hierarchy, const Snapshot& snapshot,
-                     double accuracy, GatherWaves& waves);
+Status GatherSources(Crew& crew, const Hierarchy& hierarchy, const TranslucentSheets& sheets,
+                     const Snapshot& snapshot, double accuracy, GatherWaves& waves);
 
 }  // namespace isolux

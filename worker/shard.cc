@@ -19,6 +19,7 @@
 #include "worker/radiosity/link_counts.h"
 #include "worker/radiosity/link_errors.h"
 #include "worker/radiosity/one_channel.h"
+#include "worker/radiosity/pass_on.h"
 #include "worker/radiosity/solver.h"
 
 namespace isolux {
@@ -47,6 +48,7 @@ struct Shard::Impl {
   std::unique_ptr<Gatherer> gatherer;  // of the installed snapshot, made when first asked for
   Scout scout;
   Mirrors mirrors;               // that are simulated
+  TranslucentSheets sheets;      // likewise
   std::optional<Medium> medium;  // likewise
 
   const Medium* medium_or_null() const { return medium ? &*medium : nullptr; }
@@ -100,10 +102,13 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
   impl_->sampler = std::make_unique<NodeSampler>(impl_->tree);
   impl_->mirrors = impl_->plan.mirrors ? Mirrors(impl_->hierarchy, options.accuracy) : Mirrors();
   impl_->tree.SetMirrors(impl_->mirrors.empty() ? nullptr : &impl_->mirrors);
-  impl_->scout = ScoutEscapes(impl_->hierarchy, impl_->rays, impl_->mirrors, options.accuracy,
-                              options.seed, impl_->pool);
+  impl_->sheets = TranslucentSheets(impl_->hierarchy, impl_->plan);
+  impl_->tree.SetSheets(impl_->sheets.empty() ? nullptr : &impl_->sheets);
+  impl_->scout = ScoutEscapes(impl_->hierarchy, impl_->rays, impl_->mirrors, impl_->sheets,
+                              options.accuracy, options.seed, impl_->pool);
   impl_->tree.SetComponents(impl_->scout.component);
-  impl_->snapshot = AmbientSnapshot(impl_->hierarchy, impl_->scout, impl_->StartLights());
+  impl_->snapshot =
+      AmbientSnapshot(impl_->hierarchy, impl_->scout, impl_->StartLights(), impl_->sheets);
   std::vector<uint32_t> moved;
   RETURN_IF_ERROR(impl_->tree.Install(impl_->snapshot, &moved));
   ASSIGN_OR_RETURN(Placement placement, Placement::Make(impl_->tree, assignment, self));
@@ -205,6 +210,9 @@ LeafSystem Shard::Impl::MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lan
       const Surface& surface = tree.surface_of(node);
       leaves.specular.push_back(mirrors.ShareOf(surface.polygon, surface.side));
     }
+    if (!sheets.empty()) {
+      leaves.transmittance.push_back(lanes(sheets.TransmittanceOf(tree.node(node).id.surface)));
+    }
     start->push_back(lanes(record.irradiance));
     old_leaf->push_back(static_cast<uint32_t>(&record - snapshot.leaves.data()));
   }
@@ -216,20 +224,16 @@ Result<SolverResultOf<V>> Shard::Impl::SolveLeaves(Product& product, const LeafS
                                                    std::type_identity_t<std::span<const V>> start,
                                                    double accuracy, Exchange& exchange) const {
   LinkTransportOf<V> transport(product, leaves);
-  SolverOptionsOf<V> solver;
-  solver.accuracy = accuracy;
-  const auto solve = [&](const LeafSystemOf<V>& sources, std::span<const V> from) {
-    return plan.interreflection
-               ? isolux::Solve<V>(options.solver, transport, sources, from, solver, exchange)
-               : SolveDirect<V>(transport, sources, exchange);
+  const auto reflect = [&](const LeafSystemOf<V>& sources, std::span<const V> from, double to) {
+    return plan.interreflection ? isolux::Solve<V>(options.solver, transport, sources, from,
+                                                   SolverOptionsOf<V>{.accuracy = to}, exchange)
+                                : SolveDirect<V>(transport, sources, exchange);
   };
-  if (leaves.given.empty()) return solve(leaves, start);
-  // What comes from lights is known; the rest is what leaves that reflect it bring to each other.
-  std::vector<V> rest(start.begin(), start.end());
-  for (size_t i = 0; i < rest.size(); ++i) rest[i] = Maximum(rest[i] - leaves.given[i], V{});
-  ASSIGN_OR_RETURN(SolverResultOf<V> result, solve(WithReflectedGiven(leaves), rest));
-  for (size_t i = 0; i < rest.size(); ++i) result.irradiance[i] += leaves.given[i];
-  return result;
+  const SolveFunction<V> solve = [&](const auto& sources, auto from, double to) {
+    return SolveWithGiven<V>(sources, from, to, reflect);
+  };
+  if (sheets.empty()) return solve(leaves, start, accuracy);
+  return SolveWithSheets<V>(product, leaves, start, accuracy, solve, exchange);
 }
 
 Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& exchange,
@@ -270,6 +274,7 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
     ASSIGN_OR_RETURN(closing, Close(product, leaves, rows, RowsMay::kFall, tolerance, exchange));
     ASSIGN_OR_RETURN(solution, solve());
   }
+  if (!sheets.empty()) RETURN_IF_ERROR(AddPassedOn(product, solution.irradiance, leaves));
   ASSIGN_OR_RETURN(const ErrorEstimate errors,
                    EstimateError(product, tree, leaves, solution.irradiance, given,
                                  {start, old_leaf, snapshot.round == 0}, solution, exchange));

@@ -31,6 +31,7 @@ constexpr std::string_view kKnownExtensions[] = {
     "KHR_materials_unlit",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
     "KHR_materials_dispersion",
     "KHR_materials_ior",
     "KHR_materials_iridescence",

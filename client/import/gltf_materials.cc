@@ -33,6 +33,7 @@ class MaterialReader {
   Status ReadSpecularGlossiness(const Value& extension);
   Status ReadEmission();
   Status ReadTransparency();
+  Status ReadDiffuseTransmission();
 
   const Value* Extension(const char* name) const {
     const auto found = from_.extensions.find(name);
@@ -239,6 +240,24 @@ Status MaterialReader::ReadTransparency() {
   return {};
 }
 
+// The factor takes its share from what is reflected diffusely and gives it to what passes, in its
+// own colour. A metal has neither.
+Status MaterialReader::ReadDiffuseTransmission() {
+  const Value* extension = Extension("KHR_materials_diffuse_transmission");
+  if (extension == nullptr) return {};
+  ASSIGN_OR_RETURN(const double share, Number(*extension, "diffuseTransmissionFactor", 0));
+  if (share > 1) return Fail("diffuseTransmissionFactor", "is above 1; correct it");
+  ASSIGN_OR_RETURN(const Rgb colour,
+                   Colour(*extension, "diffuseTransmissionColorFactor", Rgb(1.0)));
+  if (LargestOf(colour) > 1)
+    return Fail("diffuseTransmissionColorFactor", "is above 1; correct it");
+  to_.transmittance = share * (1 - to_.metallic) * colour;
+  to_.diffuse *= 1 - share;
+  to_.sheet_maps = share > 0 && (extension->Has("diffuseTransmissionTexture") ||
+                                 extension->Has("diffuseTransmissionColorTexture"));
+  return {};
+}
+
 Result<FileMaterial> MaterialReader::Read() {
   to_.name = from_.name.empty() ? element_ : from_.name;
   to_.where = fmt::format("{}: {}", document_.path, element_);
@@ -248,6 +267,7 @@ Result<FileMaterial> MaterialReader::Read() {
   }
   RETURN_IF_ERROR(ReadEmission());
   RETURN_IF_ERROR(ReadTransparency());
+  RETURN_IF_ERROR(ReadDiffuseTransmission());
   to_.unlit = Extension("KHR_materials_unlit") != nullptr;
   to_.double_sided = from_.doubleSided;
   return std::move(to_);

@@ -36,6 +36,9 @@ class MaterialMaker {
   // What a mirror reflects as such, grey; lowers it and what it reflects diffusely where together
   // they are more than what arrives.
   double Specular(const FileMaterial& from, double metallic, Rgb* diffuse);
+  // What a sheet passes on; lowers it and what it reflects diffusely where together they are more
+  // than what mirrors leave. Of a map the texels are limited later.
+  Rgb Transmittance(const FileMaterial& from, double specular, Rgb* diffuse);
   // Each is decoded once; nothing where an image is missing or unreadable.
   const LinearImage* Image(const FileMap& map, Encoding encoding);
   // A factor times a map, no texel above `most`. `even`: the mean counts in any case, and `kind`
@@ -59,6 +62,7 @@ void MaterialMaker::NoteEffects(const FileMaterial& from) {
   if (from.mirror && Sum(from.specular) == 0) log_.Add(Repair::kMirror, where);
   if (from.glossy) log_.Add(Repair::kGlossy, where);
   if (from.glass) log_.Add(Repair::kGlass, where);
+  if (from.sheet_maps) log_.Add(Repair::kSheetMap, where);
   if (from.unlit) log_.Add(Repair::kUnlit, where);
 }
 
@@ -148,6 +152,22 @@ double MaterialMaker::Specular(const FileMaterial& from, double metallic, Rgb* d
   return specular * scale;
 }
 
+Rgb MaterialMaker::Transmittance(const FileMaterial& from, double specular, Rgb* diffuse) {
+  Rgb passed = from.transmittance;
+  const double left = kLargestReflectance - specular;
+  bool lowered = false;
+  for (int c = 0; c < 3; ++c) {
+    const double both = passed[c] + (from.diffuse_map.name.empty() ? (*diffuse)[c] : 0.0);
+    if (passed[c] == 0 || both <= left) continue;
+    const double scale = std::max(0.0, left) / both;
+    passed[c] *= scale;
+    (*diffuse)[c] *= scale;
+    lowered = true;
+  }
+  if (lowered) log_.Add(Repair::kSheetShare, [&] { return from.where; });
+  return passed;
+}
+
 Material MaterialMaker::Make(const FileMaterial& from) {
   const auto where = [&] { return from.where; };
   NoteEffects(from);
@@ -162,7 +182,9 @@ Material MaterialMaker::Make(const FileMaterial& from) {
     diffuse *= 1 - metallic;
   }
   const double specular = Specular(from, from.metallic > 0 ? metallic : 1, &diffuse);
-  const double most = kLargestReflectance * (1 - specular);
+  const Rgb passed = Transmittance(from, specular, &diffuse);
+  const double most =
+      kLargestReflectance * (1 - specular) - std::max({passed.x, passed.y, passed.z});
   bool lowered = false;
   for (int c = 0; c < 3; ++c) {
     if (diffuse[c] < 1 || !from.diffuse_map.name.empty()) continue;
@@ -179,12 +201,15 @@ Material MaterialMaker::Make(const FileMaterial& from) {
   Material material;
   material.name = from.name;
   material.specular = specular;
+  material.transmittance = passed;
   material.reflectance = reflectance.mean;
   material.reflectance_map = reflectance.use;
   material.exitance = exitance.mean;
   material.exitance_map = exitance.use;
   for (int c = 0; c < 3; ++c) {  // of a map that could not be read
-    if (material.reflectance[c] < 1 - specular || material.reflectance[c] == 0) continue;
+    if (material.reflectance[c] < 1 - specular - passed[c] || material.reflectance[c] == 0) {
+      continue;
+    }
     material.reflectance[c] = most;
     lowered = true;
   }

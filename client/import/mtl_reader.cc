@@ -20,7 +20,7 @@ constexpr size_t kMostMaterials = 65'536;
 // lines.
 struct ScannedMaterial {
   uint32_t line = 0;
-  std::optional<Rgb> kd, ke, ks;
+  std::optional<Rgb> kd, ke, ks, td;
 };
 
 Result<Rgb> ParseColour(const std::vector<std::string_view>& words, const std::string& where) {
@@ -60,15 +60,18 @@ Result<std::vector<ScannedMaterial>> Scan(CleanText& file) {
         return Error(StatusCode::kResourceExhausted, "{}: more than {} materials", where(),
                      kMostMaterials);
       }
-      materials.push_back({file.LineBefore(end), {}, {}, {}});
-    } else if (words[0] == "Kd" || words[0] == "Ke" || words[0] == "Ks") {
+      materials.push_back({file.LineBefore(end), {}, {}, {}, {}});
+    } else if (words[0] == "Kd" || words[0] == "Ke" || words[0] == "Ks" || words[0] == "Td") {
       if (materials.empty()) {
         return Error(StatusCode::kInvalidArgument, "{}: {} before the first newmtl", where(),
                      words[0]);
       }
       ASSIGN_OR_RETURN(const Rgb colour, ParseColour(words, where()));
       ScannedMaterial& material = materials.back();
-      (words[0] == "Kd" ? material.kd : words[0] == "Ke" ? material.ke : material.ks) = colour;
+      (words[0] == "Kd"   ? material.kd
+       : words[0] == "Ke" ? material.ke
+       : words[0] == "Ks" ? material.ks
+                          : material.td) = colour;
     }
   }
   return materials;
@@ -124,6 +127,7 @@ Result<std::vector<FileMaterial>> ParseMtl(std::string bytes, const std::string&
     material.diffuse = scanned[i].kd.value_or(Rgb(material.diffuse_map.name.empty() ? 0.0 : 1.0));
     material.radiance = scanned[i].ke.value_or(Rgb(material.emission_map.name.empty() ? 0.0 : 1.0));
     material.opacity_map = !from.alpha_texname.empty();
+    material.transmittance = scanned[i].td.value_or(Rgb(0.0));
     material.glass = IsGlass(from);
     material.mirror = !material.glass && (from.illum == 3 || from.illum == 5 || from.illum == 8);
     if (material.mirror) material.specular = scanned[i].ks.value_or(Rgb(0.0));

@@ -81,6 +81,11 @@ RepairText Describe(Repair kind) {
       return {"glossy materials taken as diffuse", false};
     case Repair::kGlass:
       return {"glass materials taken as diffuse", false};
+    case Repair::kSheetShare:
+      return {"translucent sheets that pass on more than is left: Td and Kd lowered in proportion",
+              true};
+    case Repair::kSheetMap:
+      return {"maps of what sheets pass on ignored, their factors count", false};
     case Repair::kUnlit:
       return {"unlit materials taken as diffuse", false};
     case Repair::kLines:
@@ -186,7 +191,8 @@ void Builder::WeldPoints() {
 uint8_t Builder::SidesOf(uint32_t material) const {
   uint8_t sides = kFrontTakesPart;
   const bool both = material < file_.materials.size() && file_.materials[material].double_sided;
-  if (!options_.reflect_front || both) sides |= kBackTakesPart;
+  const bool sheet = scene_.materials[material].transmittance != Rgb(0.0);
+  if (!options_.reflect_front || both || sheet) sides |= kBackTakesPart;
   if (Sum(scene_.materials[material].exitance) > 0) {
     sides |= kFrontEmits;
     if (options_.emit_both || both) sides |= kBackEmits | kBackTakesPart;

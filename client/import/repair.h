@@ -43,6 +43,8 @@ enum class Repair {
   kMirrorShare,
   kGlossy,
   kGlass,
+  kSheetShare,
+  kSheetMap,
   kUnlit,
   kLines,
   kAnimated,

@@ -45,7 +45,9 @@ struct FileMaterial {
   Rgb specular{0.0};    // what a mirror reflects as such; of a metal, times `metallic` and the maps
   bool glossy = false;  // and no mirror
   bool glass = false;
-  bool unlit = false;  // shown without light by viewers
+  Rgb transmittance{0.0};   // diffuse: what of arriving light comes out on the other side
+  bool sheet_maps = false;  // that would vary it
+  bool unlit = false;       // shown without light by viewers
 };
 
 struct FileFace {

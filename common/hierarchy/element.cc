@@ -16,7 +16,23 @@ int LongestSide(const ConvexPolygon& polygon) {
   return longest;
 }
 
+// The cut of a first part lies between its second and third corner, seen from either side.
+ConvexPolygon FromBehind(const ConvexPolygon& polygon) {
+  ConvexPolygon result = polygon;
+  if (polygon.count == 4) {
+    result.v = {polygon.v[3], polygon.v[2], polygon.v[1], polygon.v[0]};
+  } else {
+    result.v = {polygon.v[0], polygon.v[2], polygon.v[1]};
+  }
+  result.divided_from_behind = !polygon.divided_from_behind;
+  return result;
+}
+
 std::array<ConvexPolygon, 2> Subdivide(const ConvexPolygon& polygon) {
+  if (polygon.divided_from_behind) {
+    const auto parts = Subdivide(FromBehind(polygon));
+    return {FromBehind(parts[0]), FromBehind(parts[1])};
+  }
   const int n = polygon.count;
   const int i = LongestSide(polygon);
   const auto corner = [&](int k) -> const Vec3& { return polygon.v[(i + k) % n]; };

@@ -13,8 +13,12 @@ namespace isolux {
 int LongestSide(const ConvexPolygon& polygon);
 
 // Cuts from the midpoint of the longest side to the midpoint of the opposite side (quad) or to the
-// opposite corner (triangle). Both parts keep the orientation.
+// opposite corner (triangle). Both parts keep the orientation. The back of a translucent sheet is
+// cut where its front is, and its parts have the numbers that they have there.
 std::array<ConvexPolygon, 2> Subdivide(const ConvexPolygon& polygon);
+
+// The same polygon seen from behind, counter-clockwise there; twice, it is itself to the bit.
+ConvexPolygon FromBehind(const ConvexPolygon& polygon);
 
 // The element with this path on a surface whose whole is `surface`.
 ConvexPolygon ElementGeometry(const ConvexPolygon& surface, uint64_t path);

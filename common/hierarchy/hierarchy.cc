@@ -4,7 +4,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/hierarchy/element.h"
 #include "common/hierarchy/planes.h"
+#include "common/scene/translucency.h"
 
 namespace isolux {
 namespace {
@@ -118,6 +120,9 @@ Hierarchy::Hierarchy(const Scene& scene)
   std::vector<uint32_t> first_of(scene.polygons.size() + 1, 0);
   for (const Surface& surface : surfaces_) {
     geometry_.push_back(SideGeometry(scene, surface.polygon, surface.side));
+    if (surface.side == Side::kBack && IsSheet(scene, scene.polygons[surface.polygon])) {
+      geometry_.back() = FromBehind(SideGeometry(scene, surface.polygon, Side::kFront));
+    }
     area_m2_.push_back(geometry_.back().Area());
     emitted_w_ += area_m2_.back() * surface.exitance;
     ++first_of[surface.polygon + 1];

@@ -21,6 +21,7 @@ struct EffectsPlan {
   bool sky = true;
   bool medium = true;   // absorbs
   bool mirrors = true;  // reflect as such; else with their diffuse reflectance alone
+  bool sheets = true;   // pass light on; else they are opaque
 };
 
 // The mean of the channels; of a grey reflectance itself, to the bit.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/scene/specular.h"
+#include "common/scene/translucency.h"
 #include "common/util/bytes.h"
 
 namespace isolux {
@@ -89,10 +90,12 @@ Status CheckMaps(const Scene& scene) {
     }
     const uint32_t map = material.reflectance_map.texture;
     if (map == kNoTexture) continue;
-    const Rgb most = material.reflectance * LargestTexel(scene.textures[map]);
+    const Rgb most =
+        material.reflectance * LargestTexel(scene.textures[map]) + material.transmittance;
     if (std::max({most.x, most.y, most.z}) < 1) continue;
     return MakeStatus(StatusCode::kInvalidArgument,
-                      "material '{}': its map reaches a reflectance of 1; lower Kd", material.name);
+                      "material '{}': its map reaches a reflectance of 1{}; lower Kd",
+                      material.name, material.transmittance == Rgb(0.0) ? "" : " with what passes");
   }
   for (const Polygon& polygon : scene.polygons) {
     if (polygon.coordinates == kNoCoordinates) continue;
@@ -124,6 +127,12 @@ Status CheckMaterial(const Material& material, size_t number) {
     if (!(material.specular >= 0 && material.reflectance[c] + material.specular <= 1 + 1e-9)) {
       return fail("a mirror that reflects more than it receives", material.reflectance,
                   "lower Ks, or Kd, to 1 together");
+    }
+    const double passed = material.transmittance[c];
+    if (!(passed >= 0 &&
+          (passed == 0 || material.reflectance[c] + material.specular + passed < 1))) {
+      return fail("a sheet that reflects and passes on all that it receives, or more",
+                  material.transmittance, "lower Td, or Kd, below 1 together");
     }
   }
   return {};
@@ -413,6 +422,7 @@ std::string Encode(const Scene& scene) {
     out.Put(kMediumMagic);
     Put(out, scene.medium.extinction_per_m);
   }
+  PutSheets(out, scene);
   return out.Take();
 }
 
@@ -455,13 +465,14 @@ Result<Scene> Decode(const std::string& bytes, const SceneLimits& limits) {
   // None is a number of textures that a scene may have.
   const auto follows = [&in](uint64_t magic) { return ByteReader(in).Get<uint64_t>() == magic; };
   if (in.ok() && in.left() > 0 && !follows(kLightsMagic) && !follows(kSkyMagic) &&
-      !follows(kMirrorsMagic) && !follows(kMediumMagic)) {
+      !follows(kMirrorsMagic) && !follows(kMediumMagic) && !follows(kSheetsMagic)) {
     RETURN_IF_ERROR(GetMaps(in, limits, &scene));
   }
   if (in.ok() && follows(kLightsMagic)) RETURN_IF_ERROR(GetLights(in, limits, &scene));
   if (in.ok() && follows(kSkyMagic)) RETURN_IF_ERROR(TakeSky(in, &scene));
   if (in.ok() && follows(kMirrorsMagic)) RETURN_IF_ERROR(TakeMirrors(in, &scene));
   if (in.ok() && follows(kMediumMagic)) RETURN_IF_ERROR(TakeMedium(in, &scene));
+  if (in.ok() && follows(kSheetsMagic)) RETURN_IF_ERROR(TakeSheets(in, &scene));
   if (!in.ok() || in.left() > 0) {
     return Error(StatusCode::kDataLoss, "scene: its end is {}", in.ok() ? "too late" : "missing");
   }

@@ -28,6 +28,9 @@ struct Material {
   Rgb reflectance{0.0};  // diffuse, linear, in [0, 1)
   Rgb exitance{0.0};     // self-emitted, W/m² = π times the radiance of the file
   double specular = 0;   // share that is reflected as by a mirror; with the reflectance at most 1
+  // Diffuse, of what arrives on either side: the share that comes out on the other (where both
+  // sides take part; see translucency.h). With reflectance and specular share below 1.
+  Rgb transmittance{0.0};
   // How these vary over polygons that have texture coordinates; without, they are the means.
   TextureUse reflectance_map{}, exitance_map{};
 };
@@ -91,8 +94,13 @@ struct Surface {
 
 // A triangle or convex quad by value, counter-clockwise about its normal.
 struct ConvexPolygon {
-  int count = 0;  // 3 or 4
+  int count = 0;                     // 3 or 4
+  bool divided_from_behind = false;  // back of a translucent sheet: Subdivide (hierarchy/element.h)
   std::array<Vec3, 4> v{};
+
+  ConvexPolygon() = default;
+  constexpr ConvexPolygon(int corner_count, const std::array<Vec3, 4>& corners)
+      : count(corner_count), v(corners) {}
 
   // Area vector: along the normal, as long as the area (Newell).
   Vec3 AreaVector() const;

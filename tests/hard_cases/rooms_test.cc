@@ -93,7 +93,8 @@ TEST(HardRooms, OpeningsAreNotClosed) {
   for (const double hole : {1.0, 0.1, 0.03}) {
     const Scene scene = OpenBox(hole);
     const Hierarchy hierarchy(scene);
-    const Scout scout = ScoutEscapes(hierarchy, RayScene(hierarchy), Mirrors(), 0.02, 1, pool);
+    const Scout scout =
+        ScoutEscapes(hierarchy, RayScene(hierarchy), Mirrors(), TranslucentSheets(), 0.02, 1, pool);
     for (const uint8_t closed : scout.closed) told.Measure(closed, fmt::format("hole {}", hole));
   }
 }

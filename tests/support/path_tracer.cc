@@ -65,7 +65,16 @@ class PathTracer {
         if (arrives) sum += weight * SurfaceAt(next).exitance;
       }
       if (!arrives || SpecularAt(next) == 1) break;
-      weight *= SurfaceAt(next).reflectance / (1 - SpecularAt(next));
+      // What leaves here came from this side of a sheet, or by chance from the other.
+      const Rgb reflected = SurfaceAt(next).reflectance, passed = PassedAt(next);
+      const double through = Sum(passed) > 0 ? Sum(passed) / (Sum(passed) + Sum(reflected)) : 0.0;
+      const bool goes_through = through > 0 && random.Unit() < through;
+      weight *=
+          (goes_through ? passed / through : reflected / (1 - through)) / (1 - SpecularAt(next));
+      if (goes_through) {
+        const Surface& here = SurfaceAt(next);
+        next.surface = surface_of_[here.polygon][here.side == Side::kFront ? 1 : 0];
+      }
       const double go_on = std::min(0.98, std::max({weight.x, weight.y, weight.z}));
       if (random.Unit() >= go_on) break;
       weight /= go_on;
@@ -112,6 +121,16 @@ class PathTracer {
   double SpecularAt(const Place& place) const {
     const Scene& scene = hierarchy_.scene();
     return scene.materials[scene.polygons[SurfaceAt(place).polygon].material].specular;
+  }
+
+  // Of what arrives on either side of a sheet, what comes out on the other.
+  Rgb PassedAt(const Place& place) const {
+    const Scene& scene = hierarchy_.scene();
+    const Surface& here = SurfaceAt(place);
+    if (surface_of_[here.polygon][0] == kNone || surface_of_[here.polygon][1] == kNone) {
+      return Rgb(0.0);
+    }
+    return scene.materials[scene.polygons[here.polygon].material].transmittance;
   }
 
   bool Bounce(const Place& place, Random& random, Place& next, Vec3& direction, double& pdf) const {

@@ -11,8 +11,9 @@ namespace isolux {
 
 // H = Σ A E / Σ A (1 − ρ + ρ o) in each component and channel, o the share that escapes; 0 where
 // nothing emits. What lights bring to the surfaces (`given`, empty where there are none) is added,
-// and what is reflected of it counts as emitted. Depends on these alone.
+// and what is reflected of it counts as emitted. Sheets pass light from component to component:
+// what comes out of them counts as emitted too. Depends on these alone.
 Snapshot AmbientSnapshot(const Hierarchy& hierarchy, const Scout& scout,
-                         std::span<const GivenIrradiance> given);
+                         std::span<const GivenIrradiance> given, const TranslucentSheets& sheets);
 
 }  // namespace isolux

@@ -35,9 +35,10 @@ int NearestDirection(const Vec3& v) {
   return best;
 }
 
-ClusterFacing::ClusterFacing(const Hierarchy& hierarchy, std::span<const uint32_t> component_of) {
+ClusterFacing::ClusterFacing(const Hierarchy& hierarchy, std::span<const uint32_t> component_of,
+                             const TranslucentSheets* sheets) {
   const auto clusters = hierarchy.clusters();
-  RankComponents(hierarchy, component_of);
+  RankComponents(hierarchy, component_of, sheets);
   ListLit(hierarchy);
   area_m2_.assign(clusters.size(), {});
   cosine_.assign(hierarchy.surfaces().size(), {});
@@ -65,7 +66,8 @@ ClusterFacing::ClusterFacing(const Hierarchy& hierarchy, std::span<const uint32_
 }
 
 void ClusterFacing::RankComponents(const Hierarchy& hierarchy,
-                                   std::span<const uint32_t> component_of) {
+                                   std::span<const uint32_t> component_of,
+                                   const TranslucentSheets* sheets) {
   const size_t n = hierarchy.surfaces().size();
   rank_of_surface_.assign(n, 0);
   lit_count_ = 1;
@@ -81,6 +83,16 @@ void ClusterFacing::RankComponents(const Hierarchy& hierarchy,
     const Rgb& exitance = hierarchy.surfaces()[s].exitance;
     component.lit |= exitance.x > 0 || exitance.y > 0 || exitance.z > 0;
     component.area_m2 += hierarchy.surface_area_m2(s);
+  }
+  // What is lit on one side of a sheet is lit on the other.
+  for (bool more = sheets != nullptr && !sheets->empty(); more;) {
+    more = false;
+    for (uint32_t s = 0; s < n; ++s) {
+      const uint32_t behind = sheets->PartnerOf(s);
+      if (behind == TranslucentSheets::kNone || components[component_of[s]].lit) continue;
+      if (!components[component_of[behind]].lit) continue;
+      components[component_of[s]].lit = more = true;
+    }
   }
   for (uint32_t s = 0; s < n; ++s) components[s].lowest = s;
   std::erase_if(components, [](const Component& c) { return !(c.area_m2 > 0); });

@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "common/hierarchy/hierarchy.h"
+#include "common/hierarchy/translucent_sheets.h"
 
 namespace isolux {
 
@@ -39,8 +40,9 @@ enum class Meeting : uint8_t {
 class ClusterFacing {
  public:
   // component_of: of each surface, the lowest surface of its component (Scout::component); empty
-  // where all are one.
-  explicit ClusterFacing(const Hierarchy& hierarchy, std::span<const uint32_t> component_of = {});
+  // where all are one. What comes through `sheets` (may be null) is light too.
+  explicit ClusterFacing(const Hierarchy& hierarchy, std::span<const uint32_t> component_of = {},
+                         const TranslucentSheets* sheets = nullptr);
 
   double area_m2(uint32_t cluster, int direction) const { return area_m2_[cluster][direction]; }
   // What a cluster of a cluster adds to its area.
@@ -60,7 +62,8 @@ class ClusterFacing {
   bool IsMixed(uint32_t cluster) const { return LitBelow(cluster).size() > 1; }
 
  private:
-  void RankComponents(const Hierarchy& hierarchy, std::span<const uint32_t> component_of);
+  void RankComponents(const Hierarchy& hierarchy, std::span<const uint32_t> component_of,
+                      const TranslucentSheets* sheets);
   void ListLit(const Hierarchy& hierarchy);
   std::span<const uint32_t> LitBelow(uint32_t cluster) const {
     return std::span(lit_).subspan(first_lit_[cluster],

@@ -18,7 +18,13 @@ Status AddEnergy(const LeafSystem& leaves, std::span<const Lanes> irradiance,
       if (!leaves.given.empty()) {
         energy.sums[c].Add(leaves.area_m2[i] * (1 - specular) * leaves.given[i][c]);
       }
-      energy.sums[3 + c].Add(leaves.area_m2[i] * (1 - rho - specular) * h);
+      double handed_on = rho + specular;
+      if (!leaves.passed_on.empty()) {
+        // It is in the exitance, but nothing new.
+        energy.sums[c].Add(-leaves.area_m2[i] * leaves.passed_on[i][c]);
+        handed_on += leaves.transmittance[i][c];
+      }
+      energy.sums[3 + c].Add(leaves.area_m2[i] * (1 - handed_on) * h);
       energy.sums[6 + c].Add(leaves.area_m2[i] * escape[i] * (e + rho * h));
     }
   }

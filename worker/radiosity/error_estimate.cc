@@ -33,6 +33,12 @@ double Root(double a, double b) { return std::sqrt(a * a + b * b); }
 
 double SumOf(const Lanes& v) { return v[0] + v[1] + v[2]; }
 
+// Mean over the channels of what is reflected or passed on.
+double AlbedoOf(const LeafSystem& leaves, size_t i) {
+  const double reflected = SumOf(leaves.reflectance[i]) / 3;
+  return leaves.transmittance.empty() ? reflected : reflected + SumOf(leaves.transmittance[i]) / 3;
+}
+
 double Amplitude(double amplitude) {
   return std::min(amplitude, kLargestAmplitude) * kAmplitudeScale;
 }
@@ -66,19 +72,20 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
   const size_t n = leaves.size();
   std::vector<Single> radiosity(n);
   Reduction power;
-  power.sums.resize(4);  // of H A, of lit area, of lit A (1 − ρ̄), of (E + ρH0) A
+  power.sums.resize(4);  // of H A, of lit area, of lit A (1 − ρ̄ − τ̄), of (E + ρH0) A
   for (size_t i = 0; i < n; ++i) {
     radiosity[i] = Single{SumOf(leaves.exitance[i] + leaves.reflectance[i] * irradiance[i])};
     const double area = leaves.area_m2[i];
     const double arriving = SumOf(irradiance[i]);
     power.sums[3].Add(area * SumOf(leaves.exitance[i]));
+    if (!leaves.passed_on.empty()) power.sums[3].Add(-area * SumOf(leaves.passed_on[i]));
     if (!given.empty()) {
       power.sums[3].Add(area * SumOf(leaves.reflectance[i] * leaves.given[i]));
     }
     if (!(arriving > 0)) continue;
     power.sums[0].Add(area * arriving);
     power.sums[1].Add(area);
-    power.sums[2].Add(area * (1 - SumOf(leaves.reflectance[i]) / 3));
+    power.sums[2].Add(area * (1 - AlbedoOf(leaves, i)));
   }
   ASSIGN_OR_RETURN(const Reduction totals, exchange.Reduce(std::move(power)));
   ErrorEstimate estimate;
@@ -153,7 +160,7 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
     parts.sums[0].Add(area * l.spread);
     parts.sums[1].Add(area * l.visibility);
     parts.sums[2].Add(area * l.coupling);
-    const double reflected = area * SumOf(leaves.reflectance[i]) / 3 * Root(l.total, unreflected);
+    const double reflected = area * AlbedoOf(leaves, i) * Root(l.total, unreflected);
     parts.sums[3].Add(reflected * reflected);
   }
   ASSIGN_OR_RETURN(const Reduction by_cause, exchange.Reduce(std::move(parts)));

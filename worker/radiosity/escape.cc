@@ -59,7 +59,8 @@ bool TakesPart(const Scene& scene, const RayHit& hit) {
 }
 
 Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, const Mirrors& mirrors,
-                   double accuracy, uint64_t seed, ThreadPool& pool) {
+                   const TranslucentSheets& sheets, double accuracy, uint64_t seed,
+                   ThreadPool& pool) {
   const Scene& scene = hierarchy.scene();
   const auto surfaces = hierarchy.surfaces();
   const double total_area = hierarchy.clusters()[0].area_m2;
@@ -106,7 +107,7 @@ Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, const Mirro
   std::vector<Pool> pools(surfaces.size());
   for (uint32_t s = 0; s < surfaces.size(); ++s) {
     Pool& p = pools[components.Find(s)];
-    const Rgb& rho = surfaces[s].reflectance;
+    const Rgb rho = surfaces[s].reflectance + sheets.TransmittanceOf(s);
     p.rays += scouted[s].rays;
     p.escaped += scouted[s].escaped;
     p.area += hierarchy.surface_area_m2(s);

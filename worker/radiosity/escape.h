@@ -7,6 +7,7 @@
 
 #include "common/hierarchy/hierarchy.h"
 #include "common/hierarchy/mirrors.h"
+#include "common/hierarchy/translucent_sheets.h"
 #include "common/util/parallel.h"
 #include "worker/radiosity/ray_scene.h"
 
@@ -25,9 +26,10 @@ struct Scout {
 bool TakesPart(const Scene& scene, const RayHit& hit);
 
 // Surfaces that see each other along a ray are one component. Shares of light that mirrors reflect
-// are followed.
+// are followed; what sheets pass on is not lost, but arrives in another component.
 Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, const Mirrors& mirrors,
-                   double accuracy, uint64_t seed, ThreadPool& pool);
+                   const TranslucentSheets& sheets, double accuracy, uint64_t seed,
+                   ThreadPool& pool);
 
 // Rays that tell what share of an element's light escapes: at least kEscapeRays, and more where
 // much of the scene's power comes from, since what a lamp loses all else lacks.

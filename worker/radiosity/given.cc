@@ -74,7 +74,25 @@ LeafSystemOf<V> WithReflectedGiven(const LeafSystemOf<V>& leaves) {
   return result;
 }
 
-template LeafSystemOf<Single> WithReflectedGiven(const LeafSystemOf<Single>&);
-template LeafSystemOf<Lanes> WithReflectedGiven(const LeafSystemOf<Lanes>&);
+template <typename V>
+Result<SolverResultOf<V>> SolveWithGiven(const LeafSystemOf<V>& leaves,
+                                         std::type_identity_t<std::span<const V>> start,
+                                         double accuracy, const SolveFunction<V>& solve) {
+  if (leaves.given.empty()) return solve(leaves, start, accuracy);
+  // What comes from lights is known; the rest is what leaves that reflect it bring to each other.
+  std::vector<V> rest(start.begin(), start.end());
+  for (size_t i = 0; i < rest.size(); ++i) rest[i] = Maximum(rest[i] - leaves.given[i], V{});
+  ASSIGN_OR_RETURN(SolverResultOf<V> result, solve(WithReflectedGiven(leaves), rest, accuracy));
+  for (size_t i = 0; i < rest.size(); ++i) result.irradiance[i] += leaves.given[i];
+  return result;
+}
+
+#define ISOLUX_FOR(V)                                                                           \
+  template LeafSystemOf<V> WithReflectedGiven(const LeafSystemOf<V>&);                          \
+  template Result<SolverResultOf<V>> SolveWithGiven(const LeafSystemOf<V>&, std::span<const V>, \
+                                                    double, const SolveFunction<V>&);
+ISOLUX_FOR(Single)
+ISOLUX_FOR(Lanes)
+#undef ISOLUX_FOR
 
 }  // namespace isolux

@@ -32,4 +32,10 @@ std::vector<GivenIrradiance> GivenTo(std::span<const uint32_t> nodes, const Tree
 template <typename V>
 LeafSystemOf<V> WithReflectedGiven(const LeafSystemOf<V>& leaves);
 
+// By such a solver: the irradiance that lights and leaves bring together.
+template <typename V>
+Result<SolverResultOf<V>> SolveWithGiven(const LeafSystemOf<V>& leaves,
+                                         std::type_identity_t<std::span<const V>> start,
+                                         double accuracy, const SolveFunction<V>& solve);
+
 }  // namespace isolux

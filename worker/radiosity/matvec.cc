@@ -460,6 +460,10 @@ void Product::PushDown(std::array<Inherit, kLanesOf<Int>> inherit, std::span<Int
 template Product::Values<Single>& Product::values();
 template void Product::PullOwn(std::span<const Single>, const Single&);
 template Status Product::SendOwnValues<Single>();
+// What Behind asks for besides.
+template Product::Values<Lanes>& Product::values();
+template void Product::PullOwn(std::span<const Lanes>, const Lanes&);
+template Status Product::SendOwnValues<Lanes>();
 template Status Product::ReceiveOtherValues<Single>();
 template Product::Totals<IntSingle>& Product::totals();
 template Product::Totals<IntLanes>& Product::totals();

@@ -64,6 +64,11 @@ class Product {
   // to these nodes' radiosity: factors, 1 at first. See closure.h.
   Status SetInheritance(std::span<const double> of_leaves);
 
+  // Of each own leaf, what the same piece on the other side of a sheet (ActiveNodes::behind) has of
+  // these values of leaves; 0 where there is none. One exchange of values, none of sums.
+  template <typename V>
+  Status Behind(std::span<const V> leaf_values, std::span<V> behind);
+
   // From now on with what the medium leaves of each link's light; null: without it again.
   void SetMedium(const Medium* medium);
 

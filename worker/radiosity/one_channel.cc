@@ -23,6 +23,9 @@ LeafSystemOf<Single> ToOneChannel(const LeafSystem& leaves, const EffectsPlan& p
     grey.reflectance.push_back(Single{GreyOf(ToRgb(leaves.reflectance[i]))});
     grey.exitance.push_back(Weighted(leaves.exitance[i], plan.exitance_weights));
   }
+  for (const Lanes& t : leaves.transmittance) {
+    grey.transmittance.push_back(Single{GreyOf(ToRgb(t))});
+  }
   for (const Lanes& h : leaves.given) grey.given.push_back(Weighted(h, plan.exitance_weights));
   return grey;
 }

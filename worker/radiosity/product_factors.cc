@@ -1,5 +1,5 @@
 // What products multiply by, and products through a medium: what that leaves of each link's light
-// stands beside the links, so that these stay as they are.
+// stands beside the links, so that these stay as they are. And the values behind sheets.
 #include "worker/radiosity/matvec.h"
 
 namespace isolux {
@@ -47,5 +47,21 @@ void Product::AddLinksByChannel(size_t first, size_t last, const Lanes* value,
     sum[e.q] += ToInteger(value[e.p] * transmissions_[i] * factors_[i].to_q);
   }
 }
+
+template <typename V>
+Status Product::Behind(std::span<const V> leaf_values, std::span<V> behind) {
+  PullOwn<V>(leaf_values, V{} + 1.0);
+  RETURN_IF_ERROR(SendOwnValues<V>());
+  RETURN_IF_ERROR(ReceiveOtherValues<V>());
+  const std::vector<V>& value = values<V>().of_slot;
+  for (size_t i = 0; i < behind.size(); ++i) {
+    const uint32_t slot = active_.behind[i];
+    behind[i] = slot == kNoNode ? V{} : value[slot];
+  }
+  return {};
+}
+
+template Status Product::Behind(std::span<const Single>, std::span<Single>);
+template Status Product::Behind(std::span<const Lanes>, std::span<Lanes>);
 
 }  // namespace isolux

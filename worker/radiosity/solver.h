@@ -24,7 +24,7 @@ struct SolverOptionsOf {
   uint32_t max_products = 500;
   // For studies: shown the radiosities of own leaves after each iteration; ends the solve by
   // returning true, at all workers alike. May be empty.
-  std::function<bool(std::span<const V> radiosity)> watch;
+  std::function<bool(std::span<const V> radiosity)> watch = {};
 };
 using SolverOptions = SolverOptionsOf<Lanes>;
 
@@ -48,6 +48,11 @@ using SolverResult = SolverResultOf<Lanes>;
 
 // Beyond, a room counts as one that absorbs nothing.
 inline constexpr double kLargestEigenvalue = 1 - 1e-6;
+
+// Solves B = E + ρH of these leaves, from this irradiance, to this accuracy, some way.
+template <typename V>
+using SolveFunction = std::function<Result<SolverResultOf<V>>(
+    const LeafSystemOf<V>& leaves, std::span<const V> start, double accuracy)>;
 
 // From the given irradiance of own leaves, until the residual is small enough.
 template <typename V>

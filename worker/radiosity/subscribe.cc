@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "worker/radiosity/sheet_leaves.h"
 #include "worker/radiosity/slots.h"
 
 namespace isolux {
@@ -109,9 +110,11 @@ Result<ActiveNodes> Subscribe(Tree& tree, Placement& placement, const LinkSet& l
   const Slots slots(tree);
   ActiveNodes nodes;
   std::vector<uint8_t> ends;
-  const std::vector<std::vector<NodeId>> wanted =
+  std::vector<std::vector<NodeId>> wanted =
       ListWanted(tree, placement, links, ends, nodes.directions);
   for (const uint32_t node : asked) ends[node] = 1;
+  const bool sheets = tree.sheets() != nullptr;
+  if (sheets) AskBehind(tree, placement, ends, wanted);
   ASSIGN_OR_RETURN(const std::vector<NodeId> exported, exchange.Subscribe(wanted));
   for (const NodeId& id : exported) {
     if (!id.is_cluster() && id.surface < tree.hierarchy().surfaces().size() &&
@@ -148,6 +151,9 @@ Result<ActiveNodes> Subscribe(Tree& tree, Placement& placement, const LinkSet& l
   for (uint32_t c = 0; c < placement.cut_size(); ++c) {
     if (placement.assignment().home[c] == placement.self())
       ListActive(tree, active, placement.cut_node(c), nodes);
+  }
+  if (sheets) {
+    RETURN_IF_ERROR(SubscribeBehind(tree, placement, std::move(wanted), exchange, nodes));
   }
   return nodes;
 }

@@ -21,13 +21,16 @@ struct ActiveNodes {
   // Slots (slots.h).
   std::vector<uint32_t> exported;  // own ones others want, in the order of their ids
   std::vector<uint32_t> proxies;   // those wanted from others, home by home, by id
+  // By own leaf: the same piece on the other side of a translucent sheet, or kNoNode; empty where
+  // there are no sheets.
+  std::vector<uint32_t> behind;
   // Of each cluster, by bits: the directions in which somebody needs its value.
   std::vector<uint16_t> directions;
 };
 
 // Tells the other workers which of their nodes the links here end at, makes those of our own that
 // they name, and lists the nodes of the round. The leaves are the union of what all blocks ask for,
-// and of `asked`, own nodes that lights ask for.
+// and of `asked`, own nodes that lights ask for; of sheets both sides have the same.
 Result<ActiveNodes> Subscribe(Tree& tree, Placement& placement, const LinkSet& links,
                               std::span<const uint32_t> asked, Exchange& exchange);
 

@@ -26,6 +26,8 @@ struct LeafSystemOf {
   std::vector<double> closure;      // factor d of the symmetric closure D C D
   std::vector<double> inheritance;  // factor of what comes from the nodes above
   std::vector<double> specular;     // share reflected as by a mirror; empty: there are no mirrors
+  std::vector<V> transmittance;     // of translucent sheets; empty: there are none
+  std::vector<V> passed_on;  // of the exitance, what comes through a sheet, W/m²; empty: not in it
 
   size_t size() const { return area_m2.size(); }
 };

@@ -132,7 +132,10 @@ void Tree::PullValues(const Snapshot& snapshot) {
     double mean = 0, square = 0, low = 0, high = 0;
   };
   std::vector<Moments> moments(count);
-  for (const LeafRecord& leaf : snapshot.leaves) {
+  std::vector<TranslucentSheets::Behind> behind;
+  if (sheets_ != nullptr) behind = sheets_->BehindLeaves(snapshot.leaves);
+  for (size_t k = 0; k < snapshot.leaves.size(); ++k) {
+    const LeafRecord& leaf = snapshot.leaves[k];
     const uint32_t node = Find(leaf.id);
     const Optics optics = hierarchy_->maps().Over(surface_of(node), polygon(node));
     double radiosity = 0, reflectance = 0, map = 0;
@@ -142,7 +145,12 @@ void Tree::PullValues(const Snapshot& snapshot) {
       map += optics.exitance_deviation[c] + optics.reflectance_deviation[c] * leaf.irradiance[c];
     }
     // Half the range of a value that is spread evenly with this deviation.
-    const double half = 0.5 * reflectance * leaf.spread + std::sqrt(3.0) * map;
+    double half = 0.5 * reflectance * leaf.spread + std::sqrt(3.0) * map;
+    if (!behind.empty()) {
+      const Rgb& passed = sheets_->TransmittanceOf(leaf.id.surface);
+      for (int c = 0; c < 3; ++c) radiosity += passed[c] * behind[k].irradiance[c];
+      half += 0.5 * std::max({passed.x, passed.y, passed.z}) * behind[k].spread;
+    }
     moments[node] = {radiosity, radiosity * radiosity + half * half / 3,
                      std::max(0.0, radiosity - half), radiosity + half};
   }

@@ -13,6 +13,7 @@
 #include "common/hierarchy/hierarchy.h"
 #include "common/hierarchy/mirrors.h"
 #include "common/hierarchy/snapshot.h"
+#include "common/hierarchy/translucent_sheets.h"
 #include "common/util/status.h"
 #include "worker/radiosity/cluster_facing.h"
 
@@ -59,12 +60,16 @@ class Tree {
   // Keeps the components of the scene apart in clusters: see ClusterFacing. To be called before
   // there are links.
   void SetComponents(std::span<const uint32_t> component_of) {
-    facing_ = ClusterFacing(*hierarchy_, component_of);
+    facing_ = ClusterFacing(*hierarchy_, component_of, sheets_);
   }
 
   // The images that nodes see each other by; null: no mirrors. To be set before there are links.
   const Mirrors* mirrors() const { return mirrors_; }
   void SetMirrors(const Mirrors* mirrors) { mirrors_ = mirrors; }
+
+  // The sheets that pass light on; null: none. To be set before components and values.
+  const TranslucentSheets* sheets() const { return sheets_; }
+  void SetSheets(const TranslucentSheets* sheets) { sheets_ = sheets; }
 
   uint32_t SurfaceIndex(uint32_t surface) const { return cluster_count_ + surface; }
   // Index of a node, or kNoNode where it does not exist.
@@ -99,6 +104,7 @@ class Tree {
 
   const Hierarchy* hierarchy_;
   const Mirrors* mirrors_ = nullptr;
+  const TranslucentSheets* sheets_ = nullptr;
   uint32_t cluster_count_ = 0;
   std::vector<Vec3> normals_;  // of surfaces
   ClusterFacing facing_;

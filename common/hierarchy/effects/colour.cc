@@ -9,7 +9,7 @@ namespace {
 double LargestOf(const Rgb& c) { return std::max({c.x, c.y, c.z}); }
 
 // Largest distance of a channel's reflectance from the mean of the surface's, with the largest such
-// mean.
+// mean; what sheets pass on is added to both.
 struct Tint {
   double largest = 0, mean = 0;
   double area_m2 = 0, total_m2 = 0;  // of surfaces that are not grey, of all
@@ -28,6 +28,11 @@ Tint FindTint(const Hierarchy& hierarchy) {
       const bool tints = hierarchy.maps().TintsReflectance(surface);
       off = tints ? brightest : mean > 0 ? off * std::max(1.0, brightest / mean) : off;
       mean = std::max(mean, brightest);
+    }
+    const Rgb passed = TransmittanceOf(hierarchy, surface);
+    if (passed != Rgb(0.0)) {
+      off += LargestOf(glm::abs(passed - Rgb(GreyOf(passed))));
+      mean += GreyOf(passed);
     }
     tint.largest = std::max(tint.largest, off);
     tint.mean = std::max(tint.mean, mean);

@@ -33,6 +33,9 @@ Effect DetectMedium(const Hierarchy& hierarchy);
 // accuracy: of the irradiance, which says how many images it takes.
 Effect DetectMirrors(const Hierarchy& hierarchy, double accuracy);
 
+// sheets.cc
+Effect DetectSheets(const Hierarchy& hierarchy);
+
 // colour.cc
 Effect DetectColour(const Hierarchy& hierarchy);
 
@@ -50,5 +53,10 @@ void SetLightColour(const Hierarchy& hierarchy, EffectsPlan* plan);
 
 // Largest component of any reflectance.
 double LargestReflectance(const Hierarchy& hierarchy);
+// The same of what sheets pass on, and of what surfaces reflect and pass on together.
+double LargestTransmittance(const Hierarchy& hierarchy);
+double LargestAlbedo(const Hierarchy& hierarchy);
+// What a side passes on: 0 where it is not that of a sheet.
+Rgb TransmittanceOf(const Hierarchy& hierarchy, const Surface& surface);
 
 }  // namespace isolux

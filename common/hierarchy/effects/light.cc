@@ -33,7 +33,8 @@ Effect DetectOcclusion(const Hierarchy& hierarchy) {
 }
 
 // Without it H = FE alone. What is missing is F(ρH), and F hands on no more power than it takes:
-// Σ A(H − FE) ≤ Σ A ρH ≤ ρ_max Σ A H.
+// Σ A(H − FE) ≤ Σ A ρH ≤ ρ_max Σ A H. What sheets pass on of that is missing too: all of it is at
+// most 1/(1 − τ_max) times as much.
 Effect DetectInterreflection(const Hierarchy& hierarchy) {
   const double rho = LargestReflectance(hierarchy);
   Effect effect{.name = "interreflection", .present = rho > 0};
@@ -45,14 +46,14 @@ Effect DetectInterreflection(const Hierarchy& hierarchy) {
   }
   effect.evidence = fmt::format("{:.4g} of {:.4g} m² reflect, up to {:.3g}, of {:.4g} W", area,
                                 hierarchy.clusters()[0].area_m2, rho, emitted);
-  effect.bound = rho;
+  effect.bound = rho / (1 - LargestTransmittance(hierarchy));
   return effect;
 }
 
 // What couplings miss of a row is magnified by 1/(1 − ρ); without reflection by nothing. How much
 // they miss the scene alone does not tell.
 Effect DetectClosure(const Hierarchy& hierarchy) {
-  const double rho = LargestReflectance(hierarchy);
+  const double rho = LargestAlbedo(hierarchy);
   Effect effect{.name = "closure", .present = rho > 0};
   effect.evidence = fmt::format("errors of couplings count up to {:.3g} times", 1 / (1 - rho));
   return effect;

@@ -35,12 +35,13 @@ Rgb SkyPower(const Hierarchy& hierarchy) {
 
 namespace {
 
-// What such power adds to Σ A H with all its bounces is at most power/(1 − ρ_max), and Σ A H is no
+// What such power adds to Σ A H with all its bounces is at most power/(1 − α_max), with α the
+// share that a surface reflects and passes on, and Σ A H is no
 // less than what lands straight from the lamps. Nothing where no lamp is known to light anything.
 std::optional<double> BoundOf(const Hierarchy& hierarchy, double power_w) {
   const double landing_w = LandingPower(hierarchy);
   if (!(landing_w > 0)) return {};
-  return power_w / (1 - LargestReflectance(hierarchy)) / landing_w;
+  return power_w / (1 - LargestAlbedo(hierarchy)) / landing_w;
 }
 
 // On a side no sky brings more than π times its brightest radiance, nor than all of its light.

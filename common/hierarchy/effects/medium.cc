@@ -5,10 +5,10 @@
 namespace isolux {
 namespace {
 
-// Power that lands on surfaces with all its bounces, without a medium, is at most P/(1 − ρ_max), P
+// Power that lands on surfaces with all its bounces, without a medium, is at most P/(1 − α_max), P
 // what lamps, lights and sky bring. No way from side to side is longer than the diagonal D of the
-// scene, so with τ = 1 − exp(−κ_max D) a medium takes at most τ P/(1 − ρ_max) of it at once, and
-// what that would have brought later no more than 1/(1 − ρ_max) times as much. Σ A H is no less
+// scene, so with τ = 1 − exp(−κ_max D) a medium takes at most τ P/(1 − α_max) of it at once, and
+// what that would have brought later no more than 1/(1 − α_max) times as much. Σ A H is no less
 // than what lands straight from the lamps through the medium.
 std::optional<double> BoundOf(const Hierarchy& hierarchy, double along_diagonal) {
   const double landing_w = LandingPower(hierarchy);
@@ -19,7 +19,7 @@ std::optional<double> BoundOf(const Hierarchy& hierarchy, double along_diagonal)
   }
   // No sky brings more than four times its mean; see lights.cc.
   power_w += 4 * Sum(SkyPower(hierarchy));
-  const double absorbed = 1 - LargestReflectance(hierarchy);
+  const double absorbed = 1 - LargestAlbedo(hierarchy);
   return (1 - along_diagonal) * power_w / (absorbed * absorbed) / landing_w;
 }
 

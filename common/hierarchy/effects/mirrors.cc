@@ -17,12 +17,12 @@ constexpr double kLeastLight = 1e-3;
 constexpr uint64_t kSeed = 0x311e;
 
 // Without mirrors H' = F(E + ρH'), with them H = F(E + ρH) + S, and S brings what they reflect:
-// Σ A S = P = Σ k_s A H over the mirrors. So Σ A(H − H') ≤ P/(1 − ρ_max). P is at most k_s of all
+// Σ A S = P = Σ k_s A H over the mirrors. So Σ A(H − H') ≤ P/(1 − α_max). P is at most k_s of all
 // light; and no more than k_s times their area times the brightest that shines on them,
-// E_max/(1 − ρ_max), since a mirror brightens nothing; and Σ A H is no less than what lands
+// E_max/(1 − α_max), since a mirror brightens nothing; and Σ A H is no less than what lands
 // straight from the lamps.
 double BoundOf(const Hierarchy& hierarchy, std::span<const MirrorPlane> planes) {
-  const double rest = 1 - LargestReflectance(hierarchy);
+  const double rest = 1 - LargestAlbedo(hierarchy);
   double largest = 0, reflecting_m2 = 0;
   for (const MirrorPlane& plane : planes) {
     largest = std::max(largest, plane.share);

@@ -19,6 +19,7 @@ std::vector<Effect> DetectAll(const Hierarchy& hierarchy, double accuracy) {
       DetectEmissionMaps(scene), DetectOpacityMaps(scene),   DetectMirrors(hierarchy, accuracy),
       DetectGloss(scene),        DetectClearGlass(scene),    DetectLights(hierarchy),
       DetectSun(hierarchy),      DetectSky(hierarchy),       DetectMedium(hierarchy),
+      DetectSheets(hierarchy),
   };
 }
 
@@ -79,7 +80,7 @@ Effect& Find(std::vector<Effect>& effects, std::string_view name) {
 void TakeBackBounds(std::vector<Effect>* effects) {
   const Effect& mirrors = Find(*effects, "mirrors");
   if (!mirrors.present || mirrors.support != Support::kSwitchable) return;
-  for (const char* name : {"colour", "interreflection", "medium"}) {
+  for (const char* name : {"colour", "interreflection", "medium", "sheets"}) {
     Effect& effect = Find(*effects, name);
     if (effect.bound.value_or(0) > 0) effect.bound.reset();
   }
@@ -106,7 +107,8 @@ EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const Effe
   Choose(choice, &table.effects);
   Effect& closure = Find(table.effects, "closure");
   const bool asked_for = choice.on.contains("closure") || choice.base == EffectsChoice::Base::kAll;
-  if (closure.on && !asked_for && !Find(table.effects, "interreflection").on) {
+  if (closure.on && !asked_for && !Find(table.effects, "interreflection").on &&
+      !Find(table.effects, "sheets").on) {
     Decide(false, "direct light alone: what rows miss is not magnified", &closure);
   }
   table.plan.channels = Find(table.effects, "colour").on ? 3 : 1;
@@ -122,6 +124,7 @@ EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const Effe
   table.plan.sky = Find(table.effects, "sky").on;
   table.plan.medium = Find(table.effects, "medium").on;
   table.plan.mirrors = Find(table.effects, "mirrors").on;
+  table.plan.sheets = Find(table.effects, "sheets").on;
   return table;
 }
 

@@ -140,7 +140,7 @@ TEST(ImportFlags, ReachTheOptions) {
 
 TEST(Effects, WhatTheImporterReplacedIsNamed) {
   const TempDir dir;
-  dir.Write("a.mtl", "newmtl m\nKd 0.1 0.1 0.1\nillum 3\nnewmtl l\nKe 1 1 1\nd 0.5\n");
+  dir.Write("a.mtl", "newmtl m\nKd 0.1 0.1 0.1\nillum 3\nnewmtl l\nKe 1 1 1\nd 0.5\nTd 0.3\n");
   const auto scene = ImportScene(dir.Write("a.obj",
                                            "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 "
                                            "1\nusemtl m\nf 1 2 3\nusemtl l\nf 1 3 4\n"),
@@ -151,6 +151,8 @@ TEST(Effects, WhatTheImporterReplacedIsNamed) {
   EXPECT_EQ(Find(effects, "mirrors").decision, "not simulated");
   EXPECT_THAT(Find(effects, "mirrors").evidence, HasSubstr("a.mtl:1"));
   EXPECT_TRUE(Find(effects, "clear-glass").present);
+  EXPECT_EQ(Find(effects, "sheets").decision, "on");
+  EXPECT_THAT(Find(effects, "sheets").evidence, HasSubstr("pass on up to 0.3"));
   EXPECT_FALSE(Find(effects, "textures").present);
 }
 

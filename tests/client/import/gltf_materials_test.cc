@@ -182,6 +182,37 @@ TEST_F(GltfMaterials, MapsThatAreMissingAreReported) {
               HasSubstr("materials[0]: baseColorTexture names an image that is not there"));
 }
 
+TEST_F(GltfMaterials, SheetsReflectWhatDoesNotPass) {
+  Json material{
+      {"pbrMetallicRoughness", {{"baseColorFactor", {0.8, 0.6, 0.4, 1}}, {"metallicFactor", 0}}}};
+  Json& extension = material["extensions"]["KHR_materials_diffuse_transmission"];
+  extension = {{"diffuseTransmissionFactor", 0.25},
+               {"diffuseTransmissionColorFactor", {1, 0.8, 0.4}}};
+  file_.json["extensionsUsed"] = {"KHR_materials_diffuse_transmission"};
+  file_.json["extensionsRequired"] = {"KHR_materials_diffuse_transmission"};
+  const Scene scene = Read(material);
+  ExpectNear(scene.materials[0].reflectance, {0.6, 0.45, 0.3});
+  ExpectNear(scene.materials[0].transmittance, {0.25, 0.2, 0.1});
+  EXPECT_EQ(CountOf(scene, Repair::kSheetMap), 0U);
+  extension["diffuseTransmissionColorTexture"] = {{"index", 0}};
+  EXPECT_EQ(CountOf(Read(material), Repair::kSheetMap), 1U);
+  extension.erase("diffuseTransmissionColorTexture");
+  // A metal has no diffuse part.
+  material["pbrMetallicRoughness"]["metallicFactor"] = 1;
+  ExpectNear(Read(material).materials[0].transmittance, Rgb(0.0));
+  material["pbrMetallicRoughness"]["metallicFactor"] = 0;
+  extension["diffuseTransmissionFactor"] = 0;
+  ExpectNear(Read(material).materials[0].reflectance, {0.8, 0.6, 0.4});
+  ExpectNear(Read(material).materials[0].transmittance, Rgb(0.0));
+  extension["diffuseTransmissionFactor"] = 1.5;
+  EXPECT_THAT(ErrorOf(material), HasSubstr("diffuseTransmissionFactor is above 1"));
+  extension["diffuseTransmissionFactor"] = "half";
+  EXPECT_THAT(ErrorOf(material), HasSubstr("materials[0]: diffuseTransmissionFactor"));
+  extension["diffuseTransmissionFactor"] = 0.5;
+  extension["diffuseTransmissionColorFactor"] = {1, 2, 1};
+  EXPECT_THAT(ErrorOf(material), HasSubstr("diffuseTransmissionColorFactor is above 1"));
+}
+
 TEST_F(GltfMaterials, GlassAndUnlitAreReported) {
   Json material{
       {"pbrMetallicRoughness", {{"baseColorFactor", {0.8, 0.8, 0.8, 0.5}}, {"metallicFactor", 0}}}};

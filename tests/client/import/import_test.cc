@@ -298,6 +298,37 @@ TEST_F(Import, MirrorsReflectNoMoreThanArrives) {
   EXPECT_THAT(ErrorOf(text, strict), HasSubstr("mirrors that reflect more than arrives"));
 }
 
+TEST_F(Import, SheetsPassOnNoMoreThanIsLeft) {
+  materials_ +=
+      "newmtl paper\nKd 0.5 0.5 0.5\nTd 0.4 0.3 0.2\nnewmtl board\nKd 0.5 0.5 0.5\nTd 0\n"
+      "newmtl film\nKd 0.6 0.6 0\nTd 1.4 0.2 0.2\n";
+  const std::string text = WithLamp(
+      std::string(kFloor) + "usemtl paper\nf 5 6 7\nusemtl board\nf 5 7 8\nusemtl film\nf 5 6 1\n");
+  ImportOptions fronts;
+  fronts.reflect_front = true;
+  const Scene scene = Read(text, fronts);
+  EXPECT_EQ(scene.materials[1].reflectance, Rgb(0.5));
+  EXPECT_EQ(scene.materials[1].transmittance, Rgb(0.4, 0.3, 0.2));
+  EXPECT_EQ(scene.materials[2].transmittance, Rgb(0.0));
+  EXPECT_NEAR(scene.materials[3].transmittance.x, 0.98 * 0.7, 1e-12);
+  EXPECT_NEAR(scene.materials[3].reflectance.x, 0.98 * 0.3, 1e-12);
+  EXPECT_EQ(scene.materials[3].transmittance.y, 0.2);
+  EXPECT_EQ(CountOf(scene, Repair::kSheetShare), 1U);
+  // Both of their sides take part, whatever the rest does.
+  for (const Polygon& polygon : scene.polygons) {
+    const bool sheet = scene.materials[polygon.material].transmittance != Rgb(0.0);
+    EXPECT_EQ((polygon.sides & kBackTakesPart) != 0, sheet) << polygon.file_polygon;
+  }
+  EXPECT_EQ(Encode(Decode(Encode(scene)).value()), Encode(scene));
+  ImportOptions strict;
+  strict.strict = true;
+  EXPECT_THAT(ErrorOf(text, strict), HasSubstr("sheets that pass on more than is left"));
+  materials_ += "newmtl torn\nTd -1\n";
+  EXPECT_THAT(ErrorOf(text), HasSubstr("Td '-1' is not a number of 0 or more"));
+  materials_ = "Td 0.5\n";
+  EXPECT_THAT(ErrorOf(text), HasSubstr("Td before the first newmtl"));
+}
+
 TEST_F(Import, FacesWithoutAMaterialAreGrey) {
   const Scene scene = Read(
       "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nmtllib test.mtl\n"

@@ -112,11 +112,13 @@ TEST(Escape, TellsClosedFromOpen) {
   ThreadPool pool(2);
   const Scene closed_scene = testing::FurnaceCube(0.5, 1);
   const Hierarchy closed(closed_scene);
-  for (const uint8_t c : ScoutEscapes(closed, RayScene(closed), Mirrors(), 0.02, 1, pool).closed)
+  for (const uint8_t c :
+       ScoutEscapes(closed, RayScene(closed), Mirrors(), TranslucentSheets(), 0.02, 1, pool).closed)
     EXPECT_EQ(c, 1);
   const Scene open_scene = testing::CornellBox(false);
   const Hierarchy open(open_scene);
-  for (const uint8_t c : ScoutEscapes(open, RayScene(open), Mirrors(), 0.02, 1, pool).closed)
+  for (const uint8_t c :
+       ScoutEscapes(open, RayScene(open), Mirrors(), TranslucentSheets(), 0.02, 1, pool).closed)
     EXPECT_EQ(c, 0);
 }
 
@@ -140,7 +142,8 @@ TEST(Escape, JoinsWhatAPinholeJoins) {
     const Scene scene = sketch.Take();
     const Hierarchy hierarchy(scene);
     for (uint64_t seed = 1; seed <= 5; ++seed) {
-      const Scout scout = ScoutEscapes(hierarchy, RayScene(hierarchy), Mirrors(), 0.02, seed, pool);
+      const Scout scout = ScoutEscapes(hierarchy, RayScene(hierarchy), Mirrors(),
+                                       TranslucentSheets(), 0.02, seed, pool);
       std::set<uint32_t> components(scout.component.begin(), scout.component.end());
       EXPECT_EQ(components.size(), hole > 0 ? 1U : 2U) << "hole " << hole << ", seed " << seed;
     }

@@ -1,0 +1,87 @@
+// Translucent sheets.
+#include <algorithm>
+
+#include "common/hierarchy/effects/detectors.h"
+#include "common/hierarchy/effects/landing.h"
+#include "common/scene/translucency.h"
+
+namespace isolux {
+namespace {
+
+double LargestOf(const Rgb& c) { return std::max({c.x, c.y, c.z}); }
+
+// With sheets H = F(E + ρH + τPH), P from side to side; without H' = F(E + ρH'). So H − H' =
+// (I − Fρ)⁻¹ F τPH, and Σ A(H − H') ≤ Σ τ A H/(1 − ρ_max). What sheets pass on is at most τ of all
+// light, and no more than τ times their area times the brightest that shines on them,
+// E_max/(1 − α_max), α = ρ + τ, since a sheet brightens nothing; and Σ A H is no less than what
+// lands straight from the lamps.
+double BoundOf(const Hierarchy& hierarchy, double largest, double passing_m2) {
+  const double rest = 1 - LargestReflectance(hierarchy);
+  const Scene& scene = hierarchy.scene();
+  const bool from_maps = std::ranges::any_of(
+      scene.materials, [](const Material& m) { return m.exitance_map.texture != kNoTexture; });
+  if (!scene.lights.empty() || scene.sky.exists() || from_maps) return largest / rest;
+  const double landing_w = LandingPower(hierarchy);
+  if (!(landing_w > 0)) return largest / rest;
+  Rgb brightest(0.0);
+  for (const Surface& surface : hierarchy.surfaces()) {
+    brightest = glm::max(brightest, surface.exitance);
+  }
+  const double share = passing_m2 * Sum(brightest) / (1 - LargestAlbedo(hierarchy)) / landing_w;
+  return std::min(largest, share) / rest;
+}
+
+}  // namespace
+
+Rgb TransmittanceOf(const Hierarchy& hierarchy, const Surface& surface) {
+  const Scene& scene = hierarchy.scene();
+  const Polygon& polygon = scene.polygons[surface.polygon];
+  return IsSheet(scene, polygon) ? scene.materials[polygon.material].transmittance : Rgb(0.0);
+}
+
+double LargestTransmittance(const Hierarchy& hierarchy) {
+  double largest = 0;
+  for (const Surface& surface : hierarchy.surfaces()) {
+    largest = std::max(largest, LargestOf(TransmittanceOf(hierarchy, surface)));
+  }
+  return largest;
+}
+
+double LargestAlbedo(const Hierarchy& hierarchy) {
+  double largest = LargestReflectance(hierarchy);
+  for (const Surface& surface : hierarchy.surfaces()) {
+    const Rgb passed = TransmittanceOf(hierarchy, surface);
+    if (passed == Rgb(0.0)) continue;
+    // Of a map the brightest texel, in whatever channel.
+    const double reflected = hierarchy.maps().Largest(surface);
+    largest = std::max(largest, hierarchy.maps().Varies(surface.polygon)
+                                    ? reflected + LargestOf(passed)
+                                    : LargestOf(surface.reflectance + passed));
+  }
+  return largest;
+}
+
+Effect DetectSheets(const Hierarchy& hierarchy) {
+  double sides_m2 = 0, passing_m2 = 0, largest = 0;
+  uint64_t sides = 0;
+  for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
+    const Rgb passed = TransmittanceOf(hierarchy, hierarchy.surfaces()[s]);
+    if (passed == Rgb(0.0)) continue;
+    ++sides;
+    sides_m2 += hierarchy.surface_area_m2(s);
+    passing_m2 += hierarchy.surface_area_m2(s) * LargestOf(passed);
+    largest = std::max(largest, LargestOf(passed));
+  }
+  Effect effect{.name = "sheets", .present = sides > 0};
+  if (sides == 0) {
+    effect.evidence = "no translucent sheet";
+    effect.bound = 0.0;
+    return effect;
+  }
+  effect.evidence = fmt::format("{:.4g} m² in {} polygon{} pass on up to {:.3g}", sides_m2 / 2,
+                                sides / 2, sides == 2 ? "" : "s", largest);
+  effect.bound = BoundOf(hierarchy, largest, passing_m2);
+  return effect;
+}
+
+}  // namespace isolux

@@ -1,0 +1,30 @@
+// Light that translucent sheets pass from side to side, as an iteration around the solvers of
+// B = E + ρH (solver.h): what is passed on, τH', stands beside the exitance of the side where it
+// comes out; solved with that, the irradiances pass on something else, until that no longer changes
+// what matters. One pass after the other converges for ρ + τ < 1, by a factor of τ/(1 − ρ) at
+// worst; from the last few passes together it does so in a handful ([Anderson65], in Walker and
+// Ni's form).
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "worker/radiosity/matvec.h"
+#include "worker/radiosity/solver.h"
+#include "worker/radiosity/transport.h"
+
+namespace isolux {
+
+// The irradiance at own leaves with what sheets pass on. `leaves` radiate what they emit themselves
+// and have transmittances; what is left in the end counts in the result's residual. Same bits for
+// any number of workers, where those of `solve` are.
+template <typename V>
+Result<SolverResultOf<V>> SolveWithSheets(Product& product, const LeafSystemOf<V>& leaves,
+                                          std::type_identity_t<std::span<const V>> start,
+                                          double accuracy, const SolveFunction<V>& solve,
+                                          Exchange& exchange);
+
+// Sets passed_on of the leaves to what this irradiance passes on, and adds it to their exitance.
+Status AddPassedOn(Product& product, std::span<const Lanes> irradiance, LeafSystem& leaves);
+
+}  // namespace isolux
