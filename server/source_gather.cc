@@ -1,6 +1,7 @@
 #include "server/source_gather.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -11,6 +12,15 @@ namespace {
 
 // Of the accuracy: what leaves that keep the solution's irradiance may reflect, over what all do.
 constexpr double kUngathered = 0.1;
+// The most by which gathered sources are scaled.
+constexpr double kMostScale = 1.25;
+
+// Of a leaf: its area times the share of its light that goes on, on either side.
+Rgb ReflectingArea(const Hierarchy& hierarchy, const TranslucentSheets& sheets,
+                   const NodeId& leaf) {
+  return std::ldexp(hierarchy.surface_area_m2(leaf.surface), -leaf.level()) *
+         (hierarchy.surfaces()[leaf.surface].reflectance + sheets.TransmittanceOf(leaf.surface));
+}
 
 }  // namespace
 
@@ -20,11 +30,10 @@ std::vector<uint32_t> LeavesThatReflectMost(const Hierarchy& hierarchy,
   std::vector<double> reflected_w;
   ExactSum total_w;
   for (const LeafRecord& leaf : snapshot.leaves) {
-    const Rgb rho =
-        hierarchy.surfaces()[leaf.id.surface].reflectance + sheets.TransmittanceOf(leaf.id.surface);
-    const double area_m2 = std::ldexp(hierarchy.surface_area_m2(leaf.id.surface), -leaf.id.level());
-    reflected_w.push_back(area_m2 * (rho.x * leaf.irradiance[0] + rho.y * leaf.irradiance[1] +
-                                     rho.z * leaf.irradiance[2]));
+    const Rgb reflecting_m2 = ReflectingArea(hierarchy, sheets, leaf.id);
+    reflected_w.push_back(reflecting_m2.x * leaf.irradiance[0] +
+                          reflecting_m2.y * leaf.irradiance[1] +
+                          reflecting_m2.z * leaf.irradiance[2]);
     total_w.Add(reflected_w.back());
   }
   std::vector<uint32_t> order(snapshot.leaves.size());
@@ -40,6 +49,26 @@ std::vector<uint32_t> LeavesThatReflectMost(const Hierarchy& hierarchy,
   return order;
 }
 
+void KeepReflectedPower(const Hierarchy& hierarchy, const TranslucentSheets& sheets,
+                        const Snapshot& solution, std::span<const uint32_t> leaves,
+                        Snapshot* gathered) {
+  std::array<ExactSum, 3> before, after;
+  for (const uint32_t i : leaves) {
+    const NodeId& id = solution.leaves[i].id;
+    const Rgb reflecting_m2 = ReflectingArea(hierarchy, sheets, id);
+    for (int c = 0; c < 3; ++c) {
+      before[c].Add(reflecting_m2[c] * solution.leaves[i].irradiance[c]);
+      after[c].Add(reflecting_m2[c] * gathered->leaves[i].irradiance[c]);
+    }
+  }
+  for (int c = 0; c < 3; ++c) {
+    if (!(after[c].Value() > 0)) continue;
+    const double scale =
+        std::clamp(before[c].Value() / after[c].Value(), 1 / kMostScale, kMostScale);
+    for (const uint32_t i : leaves) gathered->leaves[i].irradiance[c] *= scale;
+  }
+}
+
 Status GatherSources(Crew& crew, const Hierarchy& hierarchy, const TranslucentSheets& sheets,
                      const Snapshot& snapshot, double accuracy, GatherWaves& waves) {
   const std::vector<uint32_t> most = LeavesThatReflectMost(hierarchy, sheets, snapshot, accuracy);
@@ -52,6 +81,7 @@ Status GatherSources(Crew& crew, const Hierarchy& hierarchy, const TranslucentSh
     std::copy_n(gathered.begin() + static_cast<std::ptrdiff_t>(12 * i), 3,
                 sources.leaves[most[i]].irradiance.begin());
   }
+  KeepReflectedPower(hierarchy, sheets, snapshot, most, &sources);
   return crew.SendAll(MessageKind::kInstallSnapshot, SnapshotData{Encode(sources)});
 }
 

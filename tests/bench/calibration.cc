@@ -116,7 +116,7 @@ Result<std::vector<ReferencePoint>> SolveAtPoints(const NamedScene& named, const
   std::fprintf(stderr, "%s: reference states %.2f %%\n", named.name.c_str(), 100 * estimate);
   const std::vector<uint8_t> corners(points.size(), 1);
   ASSIGN_OR_RETURN(const GatherPart part,
-                   GatherOutput(shard, snapshot, ElementsOf(points), corners, kAccuracy));
+                   GatherOutput(shard, hierarchy, snapshot, ElementsOf(points), corners, kAccuracy));
   std::vector<ReferencePoint> known;
   for (size_t i = 0; i < points.size(); ++i) {
     known.push_back(points[i].expected);
@@ -168,7 +168,7 @@ Result<double> ErrorAtPoints(const NamedScene& named, const SolveOptions& option
     RETURN_IF_ERROR(shard.InstallSnapshot(snapshot));
   }
   const std::vector<uint8_t> corners(points.size(), 1);
-  ASSIGN_OR_RETURN(const GatherPart part, GatherOutput(shard, snapshots.back(), ElementsOf(points),
+  ASSIGN_OR_RETURN(const GatherPart part, GatherOutput(shard, hierarchy, snapshots.back(), ElementsOf(points),
                                                        corners, options.accuracy));
   ErrorTally tally;
   for (size_t i = 0; i < points.size(); ++i) {

@@ -3,15 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
+#include "server/source_gather.h"
 #include "worker/shard.h"
 
 namespace isolux::testing {
 
 // Gathers at the middles of all leaves of the snapshot that is installed, then from these at the
 // corners wanted of the elements. The snapshot is installed again afterwards.
-inline Result<GatherPart> GatherOutput(Shard& shard, const Snapshot& snapshot,
+inline Result<GatherPart> GatherOutput(Shard& shard, const Hierarchy& hierarchy,
+                                       const Snapshot& snapshot,
                                        const std::vector<NodeId>& elements,
                                        const std::vector<uint8_t>& corners, double accuracy) {
   std::vector<NodeId> leaves;
@@ -25,6 +28,9 @@ inline Result<GatherPart> GatherOutput(Shard& shard, const Snapshot& snapshot,
       sources.leaves[i].irradiance[c] = std::ldexp(static_cast<double>(sum), -middles.exponent);
     }
   }
+  std::vector<uint32_t> all(snapshot.leaves.size());
+  std::iota(all.begin(), all.end(), 0U);
+  KeepReflectedPower(hierarchy, TranslucentSheets(), snapshot, all, &sources);
   RETURN_IF_ERROR(shard.InstallSnapshot(sources));
   ASSIGN_OR_RETURN(GatherPart part, shard.Gather(elements, corners, accuracy));
   RETURN_IF_ERROR(shard.InstallSnapshot(snapshot));

@@ -65,7 +65,8 @@ class CornellBox : public ::testing::Test {
       EXPECT_TRUE(shard.InstallSnapshot(snapshot).ok());
       epsilon /= 4;
     } while (last->error_estimate > accuracy && last->round < 12);
-    const GatherPart part = testing::GatherOutput(shard, snapshot, points_, {}, accuracy).value();
+    const GatherPart part = 
+        testing::GatherOutput(shard, Hierarchy(**scene_), snapshot, points_, {}, accuracy).value();
     double difference = 0, sum = 0;
     for (int i = 0; i < kPoints; ++i) {
       for (int c = 0; c < 3; ++c) {
