@@ -11,13 +11,13 @@
 namespace isolux {
 namespace {
 
-struct Options {
+struct CancelFlags {
   std::string server;
   uint64_t job = 0;
   bool json = false;
 };
 
-int RunCancel(const Options& options) {
+int RunCancel(const CancelFlags& options) {
   auto client = Client::Make(options.server);
   if (!client) return Fail("cancel", client.error());
   Result<JobState> state = (*client)->Cancel(options.job);
@@ -40,7 +40,7 @@ int RunCancel(const Options& options) {
 }  // namespace
 
 void AddCancelCommand(CLI::App& app, Run& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CancelFlags>();
   CLI::App* command = app.add_subcommand("cancel", "end a job");
   command->add_option("job", options->job, "number of the job")->required();
   command->add_flag("--json", options->json, "print one JSON object");

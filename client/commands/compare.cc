@@ -9,25 +9,19 @@
 #include <string>
 
 #include "client/commands/commands.h"
+#include "client/commands/fail.h"
 #include "client/output/comparison.h"
 
 namespace isolux {
 namespace {
 
-struct Options {
+struct CompareFlags {
   std::string a, b;
   ComparisonOptions comparison;
   bool force = false, json = false;
 };
 
-int Fail(const Status& status) {
-  fmt::print(stderr, "isolux compare: {}\n", status.message());
-  return status.code() == StatusCode::kInvalidArgument || status.code() == StatusCode::kNotFound
-             ? 2
-             : 1;
-}
-
-Status CheckSameScene(const PatchFile& a, const PatchFile& b, const Options& options) {
+Status CheckSameScene(const PatchFile& a, const PatchFile& b, const CompareFlags& options) {
   const std::string hash_a = a.Comment("scene_hash"), hash_b = b.Comment("scene_hash");
   if (options.force || (hash_a == hash_b && !hash_a.empty())) return {};
   const auto shown = [](const std::string& hash) { return hash.empty() ? "not given" : hash; };
@@ -37,16 +31,16 @@ Status CheckSameScene(const PatchFile& a, const PatchFile& b, const Options& opt
                     options.a, options.b, shown(hash_a), shown(hash_b));
 }
 
-Result<Comparison> CompareFiles(const Options& options) {
+Result<Comparison> CompareFiles(const CompareFlags& options) {
   ASSIGN_OR_RETURN(const PatchFile a, ReadPatchFile(options.a));
   ASSIGN_OR_RETURN(const PatchFile b, ReadPatchFile(options.b));
   RETURN_IF_ERROR(CheckSameScene(a, b, options));
   return Compare(a, b, options.comparison);
 }
 
-int RunCompare(const Options& options) {
+int RunCompare(const CompareFlags& options) {
   const Result<Comparison> result = CompareFiles(options);
-  if (!result.has_value()) return Fail(result.error());
+  if (!result.has_value()) return Fail("compare", result.error());
   if (options.json) {
     const nlohmann::json json{
         {"l1_relative", result->l1_relative},   {"rms_relative", result->rms_relative},
@@ -70,7 +64,7 @@ int RunCompare(const Options& options) {
 }  // namespace
 
 void AddCompareCommand(CLI::App& app, Run& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompareFlags>();
   CLI::App* command = app.add_subcommand("compare", "error between two solutions of one scene");
   command->add_option("a", options->a, "patch file to judge")->required();
   command->add_option("b", options->b, "patch file to judge it by")->required();

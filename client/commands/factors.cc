@@ -16,6 +16,7 @@
 #include <string>
 
 #include "client/commands/commands.h"
+#include "client/commands/fail.h"
 #include "client/commands/factors_text.h"
 #include "client/commands/import_flags.h"
 #include "common/util/file.h"
@@ -23,21 +24,13 @@
 namespace isolux {
 namespace {
 
-struct Options {
+struct FactorsFlags {
   std::string scene, output;
   ImportOptions import;
   FactorOptions factors;
   int threads = 0;
   bool json = false;
 };
-
-int Fail(const Status& status) {
-  fmt::print(stderr, "isolux factors: {}\n", status.message());
-  const bool of_input = status.code() == StatusCode::kInvalidArgument ||
-                        status.code() == StatusCode::kNotFound ||
-                        status.code() == StatusCode::kResourceExhausted;
-  return of_input ? 2 : 1;
-}
 
 enum class Format { kNone, kCsv, kJson };
 Result<Format> FormatOf(const std::string& path) {
@@ -53,7 +46,7 @@ std::string RowsPath(const std::string& path) {
   return std::filesystem::path(path).replace_extension(".rows.csv").string();
 }
 
-Status Write(const Options& options, Format format, const FactorTable& table,
+Status Write(const FactorsFlags& options, Format format, const FactorTable& table,
              const std::string& json) {
   if (format == Format::kJson) return WriteFileDurably(options.output, json);
   if (format == Format::kNone) return {};
@@ -93,13 +86,13 @@ class Progress {
   std::chrono::steady_clock::time_point shown_ = std::chrono::steady_clock::now();
 };
 
-int RunFactors(Options options) {
+int RunFactors(FactorsFlags options) {
   const Result<Format> format = FormatOf(options.output);
-  if (!format.has_value()) return Fail(format.error());
+  if (!format.has_value()) return Fail("factors", format.error());
   options.import.require_emission = false;
   options.import.prepare_for_transport = false;
   const Result<Scene> scene = ImportScene(options.scene, options.import);
-  if (!scene.has_value()) return Fail(scene.error());
+  if (!scene.has_value()) return Fail("factors", scene.error());
   fmt::print(stderr, "{}", DescribeRepairs(scene->repairs));
 
   ThreadPool pool(options.threads);
@@ -108,7 +101,7 @@ int RunFactors(Options options) {
   options.factors.progress = [&](double share) { progress.Show(share); };
   const Result<FactorTable> table = ComputeFactors(*scene, options.factors, pool);
   progress.Clear();
-  if (!table.has_value()) return Fail(table.error().Within(options.scene));
+  if (!table.has_value()) return Fail("factors", table.error().Within(options.scene));
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
@@ -117,7 +110,7 @@ int RunFactors(Options options) {
     json = FactorsAsJson(*table, scene->file_polygon_count, options.factors.tolerance, seconds);
   }
   if (const Status status = Write(options, *format, *table, json); !status.ok()) {
-    return Fail(status);
+    return Fail("factors", status);
   }
   if (options.json) {
     fmt::print("{}", json);
@@ -131,7 +124,7 @@ int RunFactors(Options options) {
 }  // namespace
 
 void AddFactorsCommand(CLI::App& app, Run& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<FactorsFlags>();
   CLI::App* command =
       app.add_subcommand("factors", "form factors past obstacles between the polygons of a scene");
   command->add_option("scene", options->scene, "scene file (.obj, .gltf, .glb)")->required();

@@ -11,14 +11,14 @@
 namespace isolux {
 namespace {
 
-struct Options {
+struct FetchFlags {
   std::string server;
   std::string output;
   uint64_t job = 0;
   bool latest = false;
 };
 
-int RunFetch(const Options& options) {
+int RunFetch(const FetchFlags& options) {
   Interruption interruption;
   auto client = Client::Make(options.server);
   if (!client) return Fail("fetch", client.error());
@@ -34,7 +34,7 @@ int RunFetch(const Options& options) {
 }  // namespace
 
 void AddFetchCommand(CLI::App& app, Run& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<FetchFlags>();
   CLI::App* command = app.add_subcommand("fetch", "bring the patch file of a job");
   command->add_option("job", options->job, "number of the job")->required();
   command->add_option("-o,--output", options->output, "patch file to write")->required();

@@ -13,13 +13,13 @@
 namespace isolux {
 namespace {
 
-struct Options {
+struct FinishFlags {
   std::string server;
   uint64_t job = 0;
   bool json = false;
 };
 
-int RunFinish(const Options& options) {
+int RunFinish(const FinishFlags& options) {
   Interruption interruption;
   auto client = Client::Make(options.server);
   if (!client) return Fail("finish", client.error());
@@ -45,7 +45,7 @@ int RunFinish(const Options& options) {
 }  // namespace
 
 void AddFinishCommand(CLI::App& app, Run& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<FinishFlags>();
   CLI::App* command =
       app.add_subcommand("finish", "end the refinement of a job and have what there is");
   command->add_option("job", options->job, "number of the job")->required();

@@ -27,7 +27,7 @@ namespace {
 
 using nlohmann::json;
 
-struct Options {
+struct InspectFlags {
   std::string scene;
   ImportOptions import;
   bool json = false;
@@ -119,7 +119,7 @@ json ToJson(const Scene& scene, const Figures& figures) {
           {"neglected", figures.effects.neglected}};
 }
 
-int RunInspect(Options options) {
+int RunInspect(InspectFlags options) {
   options.import.require_emission = false;
   const Result<Scene> scene = ImportScene(options.scene, options.import);
   if (!scene.has_value()) {
@@ -160,7 +160,7 @@ int RunInspect(Options options) {
 }  // namespace
 
 void AddInspectCommand(CLI::App& app, Run& run, const CostFunction& measure_cost) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<InspectFlags>();
   CLI::App* command =
       app.add_subcommand("inspect", "what the importer mends and what a scene calls for");
   command->add_option("scene", options->scene, "scene file (.obj, .gltf, .glb)")->required();

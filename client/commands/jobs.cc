@@ -12,13 +12,13 @@
 namespace isolux {
 namespace {
 
-struct Options {
+struct JobsFlags {
   std::string server;
   uint32_t limit = 100;
   bool json = false;
 };
 
-int RunJobs(const Options& options) {
+int RunJobs(const JobsFlags& options) {
   auto client = Client::Make(options.server);
   if (!client) return Fail("jobs", client.error());
   const auto jobs = (*client)->List(options.limit);
@@ -48,7 +48,7 @@ int RunJobs(const Options& options) {
 }  // namespace
 
 void AddJobsCommand(CLI::App& app, Run& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<JobsFlags>();
   CLI::App* command = app.add_subcommand("jobs", "list the coordinator's jobs");
   command->add_option("--limit", options->limit, "at most so many, newest first")
       ->check(CLI::Range(1, 1000))

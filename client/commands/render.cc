@@ -12,6 +12,7 @@
 #include <string>
 
 #include "client/commands/commands.h"
+#include "client/commands/fail.h"
 #include "client/output/picture.h"
 
 namespace isolux {
@@ -19,19 +20,12 @@ namespace {
 
 constexpr int64_t kMostPixels = 1LL << 28;
 
-struct Options {
+struct RenderFlags {
   std::string patch_file, camera_file, output, tone_map = "reinhard", up = "auto";
   RenderOptions render;
   double exposure_stops = 0;
   int width = 0, height = 0, threads = 0;  // 0: the camera's; one a core
 };
-
-int Fail(const Status& status) {
-  fmt::print(stderr, "isolux render: {}\n", status.message());
-  return status.code() == StatusCode::kInvalidArgument || status.code() == StatusCode::kNotFound
-             ? 2
-             : 1;
-}
 
 Result<bool> IsExr(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
@@ -43,7 +37,7 @@ Result<bool> IsExr(const std::string& path) {
 }
 
 // The size asked for; where only one side is given the other keeps the picture's shape.
-Status SetSize(const Options& options, Camera* camera) {
+Status SetSize(const RenderFlags& options, Camera* camera) {
   const double aspect = static_cast<double>(camera->width) / camera->height;
   if (options.width > 0) {
     camera->width = options.width;
@@ -63,7 +57,7 @@ Status SetSize(const Options& options, Camera* camera) {
   return {};
 }
 
-Status RenderToFile(const Options& options) {
+Status RenderToFile(const RenderFlags& options) {
   ASSIGN_OR_RETURN(const bool exr, IsExr(options.output));
   ASSIGN_OR_RETURN(const ToneMap tone_map, ParseToneMap(options.tone_map));
   Camera camera;
@@ -96,15 +90,15 @@ Status RenderToFile(const Options& options) {
   return {};
 }
 
-int RunRender(const Options& options) {
+int RunRender(const RenderFlags& options) {
   const Status status = RenderToFile(options);
-  return status.ok() ? 0 : Fail(status);
+  return status.ok() ? 0 : Fail("render", status);
 }
 
 }  // namespace
 
 void AddRenderCommand(CLI::App& app, Run& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RenderFlags>();
   CLI::App* command = app.add_subcommand("render", "a picture of a patch file");
   command->add_option("patch_file", options->patch_file, "patch file (.ply)")->required();
   command->add_option("--camera", options->camera_file,

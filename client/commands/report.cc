@@ -19,7 +19,7 @@
 namespace isolux {
 namespace {
 
-struct Options {
+struct ReportFlags {
   std::string source, output, server, camera_file, up = "auto";
   int threads = 0;  // one a core
 };
@@ -49,7 +49,7 @@ Result<PatchFile> FetchPatchFile(Client& client, uint64_t job, ReportOptions* re
   return ReadPatchFile(path);
 }
 
-Status WriteReport(const Options& options, const PatchFile& file, const ReportOptions& report) {
+Status WriteReport(const ReportFlags& options, const PatchFile& file, const ReportOptions& report) {
   ThreadPool pool(options.threads);
   auto page = MakeReport(file, report, pool);
   if (!page) return page.error().Within(options.source);
@@ -57,7 +57,7 @@ Status WriteReport(const Options& options, const PatchFile& file, const ReportOp
 }
 
 // The patch file of a job, or an error; `interrupted` when the user gave up.
-Result<PatchFile> FetchFrom(const Options& options, uint64_t job, ReportOptions* report,
+Result<PatchFile> FetchFrom(const ReportFlags& options, uint64_t job, ReportOptions* report,
                             bool* interrupted) {
   Interruption interruption;
   ASSIGN_OR_RETURN(const auto client, Client::Make(options.server));
@@ -68,7 +68,7 @@ Result<PatchFile> FetchFrom(const Options& options, uint64_t job, ReportOptions*
   return file;
 }
 
-Status Report(const Options& options, bool* interrupted) {
+Status Report(const ReportFlags& options, bool* interrupted) {
   ReportOptions report;
   report.up = options.up == "y" ? 1 : options.up == "z" ? 2 : 0;
   if (!options.camera_file.empty()) {
@@ -83,7 +83,7 @@ Status Report(const Options& options, bool* interrupted) {
   return WriteReport(options, file, report);
 }
 
-int RunReport(const Options& options) {
+int RunReport(const ReportFlags& options) {
   bool interrupted = false;
   const Status status = Report(options, &interrupted);
   if (interrupted) return kExitInterrupted;
@@ -95,7 +95,7 @@ int RunReport(const Options& options) {
 }  // namespace
 
 void AddReportCommand(CLI::App& app, Run& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReportFlags>();
   CLI::App* command =
       app.add_subcommand("report", "what accuracy cost in a solve: one HTML page with charts");
   command

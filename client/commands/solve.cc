@@ -16,7 +16,7 @@
 namespace isolux {
 namespace {
 
-struct Options {
+struct SolveFlags {
   std::string scene;
   std::string output;
   LocalCluster::Options cluster;
@@ -25,7 +25,7 @@ struct Options {
   bool json = false;
 };
 
-Result<JobInfo> Solve(const Options& options, Client::Submission submission,
+Result<JobInfo> Solve(const SolveFlags& options, Client::Submission submission,
                       Interruption& interruption) {
   submission.request_id = MakeRequestId();
   ASSIGN_OR_RETURN(const auto cluster, LocalCluster::Start(options.cluster));
@@ -44,7 +44,7 @@ Result<JobInfo> Solve(const Options& options, Client::Submission submission,
   return job;
 }
 
-int RunSolve(Options options) {
+int RunSolve(SolveFlags options) {
   if (options.output.empty()) {
     options.output = std::filesystem::path(options.scene).stem().string() + ".ply";
   }
@@ -70,7 +70,7 @@ int RunSolve(Options options) {
 }  // namespace
 
 void AddSolveCommand(CLI::App& app, Run& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SolveFlags>();
   CLI::App* command = app.add_subcommand(
       "solve", "solve a scene with a coordinator and workers of its own, on this machine");
   command->add_option("scene", options->scene, "scene file (.obj, .gltf, .glb)")->required();

@@ -12,13 +12,13 @@
 namespace isolux {
 namespace {
 
-struct Options {
+struct StatusFlags {
   std::string server;
   uint64_t job = 0;
   bool json = false;
 };
 
-int RunStatus(const Options& options) {
+int RunStatus(const StatusFlags& options) {
   auto client = Client::Make(options.server);
   if (!client) return Fail("status", client.error());
   const Result<JobInfo> job = (*client)->Get(options.job);
@@ -31,7 +31,7 @@ int RunStatus(const Options& options) {
 }  // namespace
 
 void AddStatusCommand(CLI::App& app, Run& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<StatusFlags>();
   CLI::App* command = app.add_subcommand("status", "show how a job stands");
   command->add_option("job", options->job, "number of the job")->required();
   command->add_flag("--json", options->json, "print one JSON object");

@@ -14,7 +14,7 @@
 namespace isolux {
 namespace {
 
-struct Options {
+struct SubmitFlags {
   std::string scene;
   std::string output;
   std::string request_id;
@@ -26,7 +26,7 @@ struct Options {
   bool json = false;
 };
 
-int Wait(Client& client, uint64_t id, const Options& options, Interruption& interruption) {
+int Wait(Client& client, uint64_t id, const SubmitFlags& options, Interruption& interruption) {
   const Result<JobInfo> job = WatchWithProgress(client, id, options.solve.accuracy);
   if (interruption.happened()) {
     std::fprintf(stderr, "job %lu goes on: isolux watch %lu, or isolux cancel %lu\n", id, id, id);
@@ -46,7 +46,7 @@ int Wait(Client& client, uint64_t id, const Options& options, Interruption& inte
   return fetched.ok() ? ExitCode(*job) : Fail("submit", fetched);
 }
 
-int RunSubmit(const Options& options) {
+int RunSubmit(const SubmitFlags& options) {
   if (!options.output.empty() && !options.wait) {
     return Fail("submit", MakeStatus(StatusCode::kInvalidArgument,
                                      "-o needs --wait: without it there is nothing to fetch yet"));
@@ -89,7 +89,7 @@ int RunSubmit(const Options& options) {
 }  // namespace
 
 void AddSubmitCommand(CLI::App& app, Run& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SubmitFlags>();
   CLI::App* command = app.add_subcommand("submit", "hand a scene to the coordinator");
   command->add_option("scene", options->scene, "scene file (.obj, .gltf, .glb)")->required();
   command->add_flag("--wait", options->wait, "follow the job to its end");

@@ -30,7 +30,7 @@ constexpr double kReferenceBudget = 4;
 // A reference whose own error is above this share of a run's cannot tell what that run's is.
 constexpr double kGoodReference = 0.7;
 
-struct Options {
+struct SweepFlags {
   std::string scene, output, reference;
   std::vector<double> accuracies{0.2, 0.1, 0.05, 0.02, 0.01};
   std::vector<std::string> methods;
@@ -125,7 +125,7 @@ SweepRun Describe(const JobInfo& job, const std::string& method) {
 // measured.
 class Sweeper {
  public:
-  Sweeper(const Options& options, Client::Submission submission, Client& client,
+  Sweeper(const SweepFlags& options, Client::Submission submission, Client& client,
           const TemporaryDirectory& folder)
       : options_(options), submission_(std::move(submission)), client_(client), folder_(folder) {}
 
@@ -215,7 +215,7 @@ class Sweeper {
     }
   }
 
-  const Options& options_;
+  const SweepFlags& options_;
   Client::Submission submission_;
   Client& client_;
   const TemporaryDirectory& folder_;
@@ -236,7 +236,7 @@ Status CheckAccuracies(std::vector<double>* accuracies, size_t methods) {
   return {};
 }
 
-Result<Sweep> SolveAll(const Options& options, const std::vector<SweepMethod>& methods,
+Result<Sweep> SolveAll(const SweepFlags& options, const std::vector<SweepMethod>& methods,
                        Client::Submission submission, std::optional<Reference> reference,
                        Interruption& interruption) {
   ASSIGN_OR_RETURN(const auto folder, TemporaryDirectory::Make("isolux-sweep-"));
@@ -263,7 +263,7 @@ std::string TextOf(const Sweep& sweep, Format format) {
   }
 }
 
-Status Write(const Sweep& sweep, Format format, const Options& options) {
+Status Write(const Sweep& sweep, Format format, const SweepFlags& options) {
   if (options.json) std::printf("%s\n", ToJson(sweep).dump().c_str());
   const std::string text = TextOf(sweep, format);
   if (!options.output.empty()) return WriteFileDurably(options.output, text);
@@ -271,7 +271,7 @@ Status Write(const Sweep& sweep, Format format, const Options& options) {
   return {};
 }
 
-int RunSweep(Options options) {
+int RunSweep(SweepFlags options) {
   const auto format = FormatOf(options.output);
   if (!format) return Fail("sweep", format.error());
   std::vector<SweepMethod> methods;
@@ -308,7 +308,7 @@ int RunSweep(Options options) {
 }  // namespace
 
 void AddSweepCommand(CLI::App& app, Run& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SweepFlags>();
   options->comparison.samples = 1 << 16;
   CLI::App* command =
       app.add_subcommand("sweep", "what accuracy costs in time, by measurement, on this machine");

@@ -13,13 +13,13 @@
 namespace isolux {
 namespace {
 
-struct Options {
+struct WatchFlags {
   std::string server;
   uint64_t job = 0;
   bool json = false;
 };
 
-int RunWatch(const Options& options) {
+int RunWatch(const WatchFlags& options) {
   Interruption interruption;
   auto client = Client::Make(options.server);
   if (!client) return Fail("watch", client.error());
@@ -38,7 +38,7 @@ int RunWatch(const Options& options) {
 }  // namespace
 
 void AddWatchCommand(CLI::App& app, Run& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<WatchFlags>();
   CLI::App* command = app.add_subcommand("watch", "follow a job to its end");
   command->add_option("job", options->job, "number of the job")->required();
   command->add_flag("--json", options->json, "print one JSON object at the end");
