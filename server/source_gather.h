@@ -21,9 +21,9 @@ std::vector<uint32_t> LeavesThatReflectMost(const Hierarchy& hierarchy,
                                             const TranslucentSheets& sheets,
                                             const Snapshot& snapshot, double accuracy);
 
-// Scales, channel by channel, what was gathered so that all leaves reflect as much as they do in the
-// solution: that keeps all power, while points at the middles lose some (docs/design.md). By no more
-// than a quarter. `gathered`: the snapshot with other irradiance at some leaves.
+// Scales, channel by channel, what was gathered so that all leaves reflect as much as they do in
+// the solution: that keeps all power, while points at the middles lose some (docs/design.md). By no
+// more than a quarter. `gathered`: the snapshot with other irradiance at some leaves.
 void KeepReflectedPower(const Hierarchy& hierarchy, const TranslucentSheets& sheets,
                         const Snapshot& solution, std::span<const uint32_t> leaves,
                         Snapshot* gathered);

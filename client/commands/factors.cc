@@ -16,8 +16,8 @@
 #include <string>
 
 #include "client/commands/commands.h"
-#include "client/commands/fail.h"
 #include "client/commands/factors_text.h"
+#include "client/commands/fail.h"
 #include "client/commands/import_flags.h"
 #include "common/util/file.h"
 

@@ -115,8 +115,8 @@ Result<std::vector<ReferencePoint>> SolveAtPoints(const NamedScene& named, const
   }
   std::fprintf(stderr, "%s: reference states %.2f %%\n", named.name.c_str(), 100 * estimate);
   const std::vector<uint8_t> corners(points.size(), 1);
-  ASSIGN_OR_RETURN(const GatherPart part,
-                   GatherOutput(shard, hierarchy, snapshot, ElementsOf(points), corners, kAccuracy));
+  ASSIGN_OR_RETURN(const GatherPart part, GatherOutput(shard, hierarchy, snapshot,
+                                                       ElementsOf(points), corners, kAccuracy));
   std::vector<ReferencePoint> known;
   for (size_t i = 0; i < points.size(); ++i) {
     known.push_back(points[i].expected);
@@ -168,8 +168,9 @@ Result<double> ErrorAtPoints(const NamedScene& named, const SolveOptions& option
     RETURN_IF_ERROR(shard.InstallSnapshot(snapshot));
   }
   const std::vector<uint8_t> corners(points.size(), 1);
-  ASSIGN_OR_RETURN(const GatherPart part, GatherOutput(shard, hierarchy, snapshots.back(), ElementsOf(points),
-                                                       corners, options.accuracy));
+  ASSIGN_OR_RETURN(const GatherPart part,
+                   GatherOutput(shard, hierarchy, snapshots.back(), ElementsOf(points), corners,
+                                options.accuracy));
   ErrorTally tally;
   for (size_t i = 0; i < points.size(); ++i) {
     tally.Add(IrradianceOf(part, i), points[i].expected.irradiance, points[i].expected.deviation);

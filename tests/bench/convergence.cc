@@ -89,9 +89,8 @@ int main(int argc, char** argv) {
     const Snapshot snapshot = shard.TakeSnapshot();
     if (!shard.InstallSnapshot(snapshot).ok()) return 1;
     const double start = Now();
-    const auto part =
-        testing::GatherOutput(shard, hierarchy, snapshot, ids,
-                              std::vector<uint8_t>(ids.size(), 1), accuracy);
+    const auto part = testing::GatherOutput(shard, hierarchy, snapshot, ids,
+                                            std::vector<uint8_t>(ids.size(), 1), accuracy);
     if (!part) {
       std::fprintf(stderr, "%s\n", part.error().message().c_str());
       return 1;

@@ -19,14 +19,17 @@ constexpr double kShareOfFirstChange = 0.4, kShareOfChange = 0.1;
 // Errors of one leaf's links are less than independent, and some terms are bounds. With this factor
 // estimate/true lies in 0.7 … 3 for nine of ten runs of random rooms (docs/accuracy.md says how it
 // is measured). It is up to 4 where small lamps stand close to a ceiling or a table at fine
-// accuracies, and 0.5 where many lamps hang so close below a ceiling that the errors there are all
-// alike.
+// accuracies.
 constexpr double kCalibration = 0.55;
 
 // Squares of amplitudes in units of the mean irradiance, as integers: amplitudes from 1e-4 to 4,096
 // of it.
 constexpr double kSquareScale = 0x1p26, kLargestAmplitude = 4096;
 constexpr double kAmplitudeScale = 0x1p30;  // of sums of amplitudes
+
+// Variance of a form factor over an element, over its squared range: 1/12 where all values are
+// alike, 1/4 where there are but two.
+constexpr double kVarianceOfRange = 0.125;
 
 // Of the sum of two squares.
 double Root(double a, double b) { return std::sqrt(a * a + b * b); }
@@ -46,6 +49,17 @@ double Amplitude(double amplitude) {
 double Square(double amplitude) {
   const double a = std::min(amplitude, kLargestAmplitude);
   return a * a * kSquareScale;
+}
+
+// What comes back of a link's light from the other end, `node`, beyond what even radiosity brings:
+// there it is brightest where it also sees the sender best. With F the form factor from points of
+// the node, ρ A (mean F² − (mean F)²), m² that the sender's radiosity counts with. Always more, so
+// that such errors add up: they rule where lamps hang close below a ceiling.
+double UnevenReturn(const Tree& tree, const Link& link, uint32_t node, double variation) {
+  if (tree.is_cluster(link.p) || tree.is_cluster(link.q)) return 0;
+  const Rgb& reflectance = tree.surface_of(node).reflectance;
+  return (reflectance.x + reflectance.y + reflectance.z) / 3 * tree.area_m2(node) *
+         kVarianceOfRange * variation * variation * link.visibility();
 }
 
 // Σ A |mean of H − H before| over the old leaves that own leaves lie on.
@@ -119,16 +133,19 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
                   Square(doubt * error.visibility_q_w * at_q), Square(error.coupling_q_w * at_q)};
       },
       std::span<IntLanes>(sums)));
-  std::vector<IntSingle> doubts(n);
-  RETURN_IF_ERROR(product.Sums<IntSingle>(
+  std::vector<IntLanes> doubts_and_returns(n);
+  RETURN_IF_ERROR(product.Sums<IntLanes>(
       radiosity, {},
-      [&](const Link& link, const Slots::Ends& ends, double xp, double xq, Single& to_p,
-          Single& to_q) {
+      [&](const Link& link, const Slots::Ends& ends, double xp, double xq, Lanes& to_p,
+          Lanes& to_q) {
         const double brings = link.unoccluded_m2 * link.doubt() / unit;
-        to_p = Single{Amplitude(brings * xq * product.inverse_area(ends.p))};
-        to_q = Single{Amplitude(brings * xp * product.inverse_area(ends.q))};
+        const double at_p = product.inverse_area(ends.p), at_q = product.inverse_area(ends.q);
+        const double back_p = xp * UnevenReturn(tree, link, link.q, link.variation_q) / unit;
+        const double back_q = xq * UnevenReturn(tree, link, link.p, link.variation_p) / unit;
+        to_p = Lanes{Amplitude(brings * xq * at_p), Amplitude(back_p * at_p)};
+        to_q = Lanes{Amplitude(brings * xp * at_q), Amplitude(back_q * at_q)};
       },
-      std::span<IntSingle>(doubts)));
+      std::span<IntLanes>(doubts_and_returns)));
 
   // Local errors, and how much ambient light they make or lose.
   struct Local {
@@ -136,7 +153,7 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
   };
   std::vector<Local> local(n);
   Reduction parts;
-  parts.sums.resize(4);  // of A |ΔH| by cause, and of (A ρ ΔH)²
+  parts.sums.resize(5);  // of A |ΔH| by cause, of (A ρ ΔH)², of what should return and stay
   for (size_t i = 0; i < n; ++i) {
     const auto amplitude = [&](int lane) {
       return unit * std::sqrt(static_cast<double>(sums[i][lane]) / kSquareScale);
@@ -149,7 +166,8 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
       estimate.leaves[i].spread = Root(estimate.leaves[i].spread, given[i].range);
       unreflected = given[i].error;
     }
-    estimate.leaves[i].doubt = unit * static_cast<double>(doubts[i][0]) / kAmplitudeScale;
+    estimate.leaves[i].doubt =
+        unit * static_cast<double>(doubts_and_returns[i][0]) / kAmplitudeScale;
     Local& l = local[i];
     l.spread = kSpreadAfterGather * amplitude(1);
     l.visibility = kVisibilityAfterGather * amplitude(2);
@@ -162,24 +180,29 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
     parts.sums[2].Add(area * l.coupling);
     const double reflected = area * AlbedoOf(leaves, i) * Root(l.total, unreflected);
     parts.sums[3].Add(reflected * reflected);
+    const double returns = static_cast<double>(doubts_and_returns[i][1]) / kAmplitudeScale;
+    parts.sums[4].Add(area * returns * (1 - SumOf(leaves.reflectance[i]) / 3));
   }
   ASSIGN_OR_RETURN(const Reduction by_cause, exchange.Reduce(std::move(parts)));
   const double absorbing = std::max(totals.sums[2].Value(), 1e-6 * lit_area);
   const double ambient = std::sqrt(by_cause.sums[3].Value()) / absorbing;
+  // Relative to the mean irradiance, as the sums of returns are.
+  const double unreturned = by_cause.sums[4].Value() / absorbing;
 
   Reduction whole;
   whole.sums.resize(2);
   AddChange(leaves, irradiance, previous, whole.sums[1]);
   for (size_t i = 0; i < n; ++i) {
     const double rms = std::sqrt(local[i].total * local[i].total + ambient * ambient);
-    estimate.leaves[i].error =
-        SumOf(irradiance[i]) > 0 ? kCalibration * kMeanOfAbsolute * rms : 0.0;
+    estimate.leaves[i].error = SumOf(irradiance[i]) > 0
+                                   ? Root(kCalibration * kMeanOfAbsolute * rms, unit * unreturned)
+                                   : 0.0;
     if (!given.empty()) estimate.leaves[i].error += given[i].border;
     whole.sums[0].Add(leaves.area_m2[i] * estimate.leaves[i].error);
   }
   ASSIGN_OR_RETURN(const Reduction total, exchange.Reduce(std::move(whole)));
   const double factor = kCalibration * kMeanOfAbsolute / arriving;
-  estimate.spread = factor * by_cause.sums[0].Value();
+  estimate.spread = Root(factor * by_cause.sums[0].Value(), unreturned);
   estimate.visibility = factor * by_cause.sums[1].Value();
   estimate.coupling = factor * by_cause.sums[2].Value();
   estimate.solver =

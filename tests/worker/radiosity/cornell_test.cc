@@ -65,7 +65,7 @@ class CornellBox : public ::testing::Test {
       EXPECT_TRUE(shard.InstallSnapshot(snapshot).ok());
       epsilon /= 4;
     } while (last->error_estimate > accuracy && last->round < 12);
-    const GatherPart part = 
+    const GatherPart part =
         testing::GatherOutput(shard, Hierarchy(**scene_), snapshot, points_, {}, accuracy).value();
     double difference = 0, sum = 0;
     for (int i = 0; i < kPoints; ++i) {

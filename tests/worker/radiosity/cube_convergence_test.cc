@@ -193,8 +193,8 @@ TEST(CubeConvergence, ErrorFallsWithTheLinks) {
     ASSERT_TRUE(report.has_value());
     const Snapshot snapshot = shard.TakeSnapshot();
     ASSERT_TRUE(shard.InstallSnapshot(snapshot).ok());
-    const auto part = testing::GatherOutput(shard, hierarchy, snapshot, points.elements, {},
-                                            options.accuracy);
+    const auto part =
+        testing::GatherOutput(shard, hierarchy, snapshot, points.elements, {}, options.accuracy);
     ASSERT_TRUE(part.has_value());
     links = static_cast<double>(report->links);
     error = ErrorOf(*part, points);
