@@ -14,8 +14,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr uint64_t kMostBytes = (2ULL << 30) - 1;  // of the scene file; the parser counts in int
-constexpr uint64_t kMostOtherBytes = 4ULL << 30;   // of all files it names
+constexpr uint64_t kMostGltfBytes =
+    (2ULL << 30) - 1;                             // of the scene file; the parser counts in int
+constexpr uint64_t kMostOtherBytes = 4ULL << 30;  // of all files it names
 // The parser walks "extras" by recursion, and takes up to 300 bytes a value.
 constexpr int kDeepestJson = 64;
 constexpr uint64_t kMostJsonValues = 4'000'000;
@@ -60,7 +61,7 @@ bool ReadInside(std::vector<unsigned char>* out, std::string* error, const std::
     folder.refused = status;
   }
   if (status.ok()) {
-    const Result<std::string> bytes = ReadFile(*path, std::min(kMostBytes, folder.bytes_left));
+    const Result<std::string> bytes = ReadFile(*path, std::min(kMostGltfBytes, folder.bytes_left));
     if (bytes.has_value()) {
       folder.bytes_left -= bytes->size();
       out->assign(bytes->begin(), bytes->end());
@@ -207,16 +208,16 @@ Result<std::string> ResolveInside(const std::string& folder, const std::string& 
 }
 
 Result<GltfDocument> ReadGltfDocument(const std::string& path) {
-  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path, kMostBytes));
+  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path, kMostGltfBytes));
   return ParseGltfDocument(bytes, path);
 }
 
 Result<GltfDocument> ParseGltfDocument(const std::string& bytes, const std::string& path) {
   const bool binary = bytes.starts_with("glTF");
   std::string_view json = bytes;
-  if (bytes.size() > kMostBytes) {
+  if (bytes.size() > kMostGltfBytes) {
     return Error(StatusCode::kResourceExhausted, "{}: {} bytes, more than {}", path, bytes.size(),
-                 kMostBytes);
+                 kMostGltfBytes);
   }
   if (binary) {
     ASSIGN_OR_RETURN(json, CheckBinary(bytes, path));

@@ -9,7 +9,7 @@
 namespace isolux {
 namespace {
 
-constexpr uint64_t kMostBytes = 64 << 20;
+constexpr uint64_t kMostIesBytes = 64 << 20;
 
 // The numbers of a file behind its TILT line, wherever its lines end.
 class Numbers {
@@ -124,7 +124,7 @@ Result<Photometry> ParseIes(const std::string& bytes, const std::string& name) {
 }
 
 Result<Photometry> ReadIes(const std::string& path) {
-  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path, kMostBytes));
+  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path, kMostIesBytes));
   return ParseIes(bytes, path);
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr uint64_t kMostBytes = 16 << 20;
+constexpr uint64_t kMostLightsBytes = 16 << 20;
 constexpr int kDeepest = 16;
 constexpr double kSunDiameter = 0.533;  // degrees, seen from the earth
 
@@ -161,7 +161,7 @@ Status AddLightsFile(SceneFile* file) {
   const std::string path = (fs::path(FolderOf(file->path)) / "isolux.json").string();
   std::error_code error;
   if (!fs::exists(path, error)) return {};
-  ASSIGN_OR_RETURN(const std::string text, ReadFile(path, kMostBytes));
+  ASSIGN_OR_RETURN(const std::string text, ReadFile(path, kMostLightsBytes));
   return ParseLightsFile(text, path, file);
 }
 

@@ -67,14 +67,14 @@ void MaterialMaker::NoteEffects(const FileMaterial& from) {
 }
 
 const LinearImage* MaterialMaker::Image(const FileMap& map, Encoding encoding) {
-  constexpr uint64_t kMostBytes = 1ULL << 30;
+  constexpr uint64_t kMostMapBytes = 1ULL << 30;
   const bool embedded = map.embedded != kNoImage;
   const std::string name = embedded ? map.name : FindFile(map.folder, map.name);
   if (name.empty()) return nullptr;
   const auto [at, is_new] = images_.try_emplace({name, encoding});
   if (is_new) {
     Result<std::string> bytes =
-        embedded ? Result<std::string>(file_.images[map.embedded]) : ReadFile(name, kMostBytes);
+        embedded ? Result<std::string>(file_.images[map.embedded]) : ReadFile(name, kMostMapBytes);
     Result<LinearImage> image = bytes.has_value() ? DecodeImage(*bytes, name, encoding, kMostSide)
                                                   : tl::unexpected(bytes.error());
     if (image.has_value()) at->second = std::move(*image);

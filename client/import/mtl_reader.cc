@@ -13,7 +13,7 @@
 namespace isolux {
 namespace {
 
-constexpr uint64_t kMostBytes = 64ULL << 20;
+constexpr uint64_t kMostMtlBytes = 64ULL << 20;
 constexpr size_t kMostMaterials = 65'536;
 
 // Colours with the line they stand in: the library takes what is no number for 0 and knows no
@@ -104,7 +104,7 @@ FileMap MapOf(const std::string& name, const tinyobj::texture_option_t& option,
 }  // namespace
 
 Result<std::vector<FileMaterial>> ReadMtl(const std::string& path) {
-  ASSIGN_OR_RETURN(std::string bytes, ReadFile(path, kMostBytes));
+  ASSIGN_OR_RETURN(std::string bytes, ReadFile(path, kMostMtlBytes));
   return ParseMtl(std::move(bytes), path);
 }
 

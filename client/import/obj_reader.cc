@@ -14,7 +14,7 @@
 namespace isolux {
 namespace {
 
-constexpr uint64_t kMostBytes = 4ULL << 30;
+constexpr uint64_t kMostSceneBytes = 4ULL << 30;
 constexpr uint32_t kMostCorners = 2048;  // of a face; dividing it takes time with the cube of it
 constexpr size_t kMostLibraries = 1024;
 
@@ -285,7 +285,7 @@ Result<SceneFile> Reader::Read() {
 }  // namespace
 
 Result<SceneFile> ReadObj(const std::string& path, const SceneLimits& limits) {
-  ASSIGN_OR_RETURN(std::string bytes, ReadFile(path, kMostBytes));
+  ASSIGN_OR_RETURN(std::string bytes, ReadFile(path, kMostSceneBytes));
   return ParseObj(std::move(bytes), path, limits);
 }
 

@@ -14,7 +14,7 @@
 namespace isolux {
 namespace {
 
-constexpr uint64_t kMostBytes = 1ULL << 30;
+constexpr uint64_t kMostImageBytes = 1ULL << 30;
 
 Status CheckSize(const std::string& path, int64_t width, int64_t height, uint64_t most_pixels) {
   if (width > 0 && height > 0 &&
@@ -79,7 +79,7 @@ Result<RadianceImage> ReadExr(const std::string& path, uint64_t most_pixels) {
 }  // namespace
 
 Result<RadianceImage> ReadRadianceImage(const std::string& path, uint64_t most_pixels) {
-  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path, kMostBytes));
+  ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path, kMostImageBytes));
   const bool exr = bytes.starts_with("\x76\x2f\x31\x01");
   ASSIGN_OR_RETURN(RadianceImage image,
                    exr ? ReadExr(path, most_pixels) : ReadHdr(path, bytes, most_pixels));

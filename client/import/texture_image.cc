@@ -10,7 +10,7 @@
 namespace isolux {
 namespace {
 
-constexpr uint64_t kMostBytes = 1ULL << 30;  // the decoder counts in int
+constexpr uint64_t kMostTextureBytes = 1ULL << 30;  // the decoder counts in int
 
 std::array<double, 256> CodesOf(Encoding encoding) {
   std::array<double, 256> values;
@@ -81,9 +81,9 @@ Rgb LinearImage::Mean() const {
 
 Result<LinearImage> DecodeImage(const std::string& bytes, const std::string& name,
                                 Encoding encoding, uint32_t most_side, uint64_t most_pixels) {
-  if (bytes.size() > kMostBytes) {
+  if (bytes.size() > kMostTextureBytes) {
     return Error(StatusCode::kResourceExhausted, "{}: an image of {} bytes, more than {}", name,
-                 bytes.size(), kMostBytes);
+                 bytes.size(), kMostTextureBytes);
   }
   const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
   const int size = static_cast<int>(bytes.size());
