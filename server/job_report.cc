@@ -20,7 +20,8 @@ bool Agree(const RoundReport& a, const RoundReport& b) {
          same(a.error_closure, b.error_closure) && same(a.residual, b.residual) &&
          a.leaks.leaves == b.leaks.leaves && same(a.leaks.area_share, b.leaks.area_share) &&
          same(a.energy_imbalance, b.energy_imbalance) && a.emitted_w == b.emitted_w &&
-         a.absorbed_w == b.absorbed_w && a.escaped_w == b.escaped_w && a.medium_w == b.medium_w;
+         a.absorbed_w == b.absorbed_w && a.escaped_w == b.escaped_w && a.medium_w == b.medium_w &&
+         a.glass_w == b.glass_w;
 }
 
 void AddTo(const RoundReport& report, RoundSummary* row) {
@@ -154,6 +155,9 @@ void AddLastRound(const RoundSummary& last, Comments* comments) {
   if (last.medium_w != decltype(last.medium_w){}) {
     comments->emplace_back("medium_w", fmt::format("{}", fmt::join(last.medium_w, " ")));
   }
+  if (last.glass_w != decltype(last.glass_w){}) {
+    comments->emplace_back("glass_w", fmt::format("{}", fmt::join(last.glass_w, " ")));
+  }
   add("memory_bytes", last.memory_bytes);
 }
 
@@ -235,6 +239,7 @@ Result<RoundSummary> MergeReports(const PerWorker<RoundReport>& reports, uint32_
   row.absorbed_w = first->absorbed_w;
   row.escaped_w = first->escaped_w;
   row.medium_w = first->medium_w;
+  row.glass_w = first->glass_w;
   const auto workers = static_cast<double>(
       std::count_if(reports.begin(), reports.end(), [](const auto& r) { return r.has_value(); }));
   const double total = std::accumulate(row.worker_cpu_s.begin(), row.worker_cpu_s.end(), 0.0);

@@ -17,10 +17,20 @@ struct Edge {
   uint32_t polygon = 0;
 };
 
+// Panes of glass come after the polygons: light changes abruptly along what they touch, too.
+ConvexPolygon ShapeOf(const Scene& scene, uint32_t number) {
+  if (number < scene.polygons.size()) return SideGeometry(scene, number, Side::kFront);
+  const Pane& pane = scene.glazing.panes[number - scene.polygons.size()];
+  ConvexPolygon shape;
+  shape.count = static_cast<int>(pane.count);
+  shape.v = pane.corners;
+  return shape;
+}
+
 std::vector<Edge> EdgesOf(const Scene& scene) {
   std::vector<Edge> edges;
-  for (uint32_t p = 0; p < scene.polygons.size(); ++p) {
-    const ConvexPolygon shape = SideGeometry(scene, p, Side::kFront);
+  for (uint32_t p = 0; p < scene.polygons.size() + scene.glazing.panes.size(); ++p) {
+    const ConvexPolygon shape = ShapeOf(scene, p);
     for (int i = 0; i < shape.count; ++i)
       edges.push_back({shape.v[i], shape.v[(i + 1) % shape.count], p});
   }
@@ -74,6 +84,7 @@ class GroupFinder {
   std::vector<uint32_t> Run() {
     FindAlike();
     for (const Edge& edge : edges_) {
+      if (IsPane(edge)) break;
       for (const uint32_t s : surfaces_of_[edge.polygon]) JoinAcross(s, edge);
     }
     std::map<uint32_t, uint32_t> numbers;
@@ -121,9 +132,8 @@ class GroupFinder {
       if (other.polygon == edge.polygon) return;
       const Interval shared = Shared(edge, other, length, tolerance);
       if (shared.second - shared.first <= tolerance) return;
-      if (hierarchy_.plane_of(other.polygon) != plane) {
-        const Vec3 centre =
-            SideGeometry(hierarchy_.scene(), other.polygon, Side::kFront).Centroid();
+      if (IsPane(other) || hierarchy_.plane_of(other.polygon) != plane) {
+        const Vec3 centre = ShapeOf(hierarchy_.scene(), other.polygon).Centroid();
         if (glm::dot(normal, centre - edge.from) > tolerance) blocked.push_back(shared);
         return;
       }
@@ -158,6 +168,8 @@ class GroupFinder {
     }
     return shared;
   }
+
+  bool IsPane(const Edge& edge) const { return edge.polygon >= hierarchy_.scene().polygons.size(); }
 
   uint32_t Find(uint32_t s) {
     while (parent_[s] != s) s = parent_[s] = parent_[parent_[s]];

@@ -7,6 +7,7 @@
 
 #include "common/hierarchy/effects/plan.h"
 #include "common/util/stopwatch.h"
+#include "worker/radiosity/absorbers.h"
 #include "worker/radiosity/ambient.h"
 #include "worker/radiosity/closure.h"
 #include "worker/radiosity/energy.h"
@@ -51,14 +52,21 @@ struct Shard::Impl {
   TranslucentSheets sheets;      // likewise
   std::optional<Medium> medium;  // likewise
 
+  std::optional<Panes> panes;  // likewise
+
   const Medium* medium_or_null() const { return medium ? &*medium : nullptr; }
+  const Panes* panes_or_null() const { return panes ? &*panes : nullptr; }
 
   RefineScene refine_scene() const {
-    return {
-        &rays,           sampler.get(), options.seed, plan.occlusion, prover ? &*prover : nullptr,
-        medium_or_null()};
+    return {&rays,
+            sampler.get(),
+            options.seed,
+            plan.occlusion,
+            prover ? &*prover : nullptr,
+            medium_or_null(),
+            panes_or_null()};
   }
-  Status SetMedium();
+  Status SetAbsorbers();
   // What lights bring to each surface; empty where there are none.
   std::vector<GivenIrradiance> StartLights();
   Status Refine(double epsilon, Exchange& exchange, RefineCounters& counters) {
@@ -95,7 +103,7 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
   impl_->options = options;
   ASSIGN_OR_RETURN(const EffectsChoice choice, ParseEffectsChoice(options.effects));
   impl_->plan = PlanEffects(impl_->hierarchy, options.accuracy, choice).plan;
-  RETURN_IF_ERROR(impl_->SetMedium());
+  RETURN_IF_ERROR(impl_->SetAbsorbers());
   if (impl_->plan.occlusion && !impl_->prover) impl_->prover.emplace(impl_->hierarchy);
   impl_->gatherer.reset();
   impl_->links = {};
@@ -116,26 +124,18 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
   return {};
 }
 
-Status Shard::Impl::SetMedium() {
-  medium.reset();
-  if (!plan.medium || !scene->medium.exists()) return {};
-  medium = scene->medium;
-  // Of one channel in the place of three the mean counts.
-  if (plan.channels == 1) medium->extinction_per_m = Rgb(GreyOf(medium->extinction_per_m));
-  if (options.solver == SolverMethod::kGaussSeidel || options.solver == SolverMethod::kSouthwell) {
-    return {StatusCode::kInvalidArgument,
-            "solver: gauss-seidel and southwell know of no absorbing medium; take cg, or leave the "
-            "medium out by --effects=-medium"};
-  }
-  return {};
+Status Shard::Impl::SetAbsorbers() {
+  medium = AbsorbingMedium(*scene, plan);
+  panes = AbsorbingPanes(*scene, plan, hierarchy.extent_m());
+  return CheckSolver(options.solver, medium.has_value(), panes.has_value());
 }
 
 std::vector<GivenIrradiance> Shard::Impl::StartLights() {
   lights.reset();
   if (scene->lights.empty() && !scene->sky.exists()) return {};
   if (!plan.lights && !plan.sun && !plan.sky) return {};
-  lights.emplace(hierarchy, rays, mirrors, scout, plan, medium_or_null(), options.accuracy,
-                 options.seed);
+  lights.emplace(hierarchy, rays, mirrors, scout, plan, medium_or_null(), panes_or_null(),
+                 options.accuracy, options.seed);
   std::vector<GivenIrradiance> given(hierarchy.surfaces().size());
   pool.For(given.size(), 64, [&](size_t begin, size_t end, int) {
     for (size_t s = begin; s < end; ++s) given[s] = lights->OverSurface(static_cast<uint32_t>(s));
@@ -257,8 +257,10 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
     ASSIGN_OR_RETURN(closing,
                      Close(product, leaves, rows, RowsMay::kRiseAndFall, tolerance, exchange));
   }
+  const RefineScene between = refine_scene();
   const auto solve = [&]() -> Result<SolverResult> {
     product.SetMedium(medium_or_null());
+    product.SetPanes(&between);
     if (plan.channels == 3) {
       return SolveLeaves<Lanes>(product, leaves, start, accuracy, exchange);
     }
@@ -271,6 +273,7 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
   if (solution.indefinite && plan.closure) {
     // Some rows could not be brought down while others were brought up: bring down alone.
     product.SetMedium(nullptr);
+    product.SetPanes(nullptr);
     ASSIGN_OR_RETURN(closing, Close(product, leaves, rows, RowsMay::kFall, tolerance, exchange));
     ASSIGN_OR_RETURN(solution, solve());
   }
@@ -278,12 +281,8 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
   ASSIGN_OR_RETURN(const ErrorEstimate errors,
                    EstimateError(product, tree, leaves, solution.irradiance, given,
                                  {start, old_leaf, snapshot.round == 0}, solution, exchange));
-  if (medium) {
-    product.SetMedium(nullptr);
-    LinkTransport without_medium(product, leaves);
-    RETURN_IF_ERROR(AddMediumPower(leaves, solution.irradiance, plan.interreflection,
-                                   without_medium, exchange, report));
-  }
+  RETURN_IF_ERROR(AddAbsorbedPower(between, leaves, solution.irradiance, plan.interreflection,
+                                   product, exchange, report));
   RETURN_IF_ERROR(AddEnergy(leaves, solution.irradiance, escape, exchange, report));
   report.residual = solution.residual;
   report.iterations = closing.products + solution.products;
@@ -487,7 +486,7 @@ Result<GatherPart> Shard::Gather(const std::vector<NodeId>& elements,
   if (!impl_->gatherer) {
     impl_->gatherer = std::make_unique<Gatherer>(
         impl_->tree, *impl_->placement, impl_->links, impl_->snapshot, impl_->rays,
-        impl_->lights ? &*impl_->lights : nullptr, impl_->medium_or_null());
+        impl_->lights ? &*impl_->lights : nullptr, impl_->refine_scene());
   }
   ASSIGN_OR_RETURN(GatherPart part,
                    impl_->gatherer->AtCorners(elements, corners, options, impl_->pool));

@@ -8,9 +8,25 @@
 namespace isolux {
 namespace {
 
+// Panes of glass come after the polygons.
+ConvexPolygon ShapeOf(const Scene& scene, uint32_t number) {
+  if (number < scene.polygons.size()) return SideGeometry(scene, number, Side::kFront);
+  const Pane& pane = scene.glazing.panes[number - scene.polygons.size()];
+  ConvexPolygon shape;
+  shape.count = static_cast<int>(pane.count);
+  shape.v = pane.corners;
+  return shape;
+}
+
 std::vector<Bounds3> BoxesOf(const Scene& scene) {
   std::vector<Bounds3> boxes;
   for (uint32_t p = 0; p < scene.polygons.size(); ++p) boxes.push_back(BoundsOf(scene, p));
+  for (size_t i = 0; i < scene.glazing.panes.size(); ++i) {
+    const ConvexPolygon shape = ShapeOf(scene, static_cast<uint32_t>(boxes.size()));
+    Bounds3 box;
+    for (int k = 0; k < shape.count; ++k) box.Add(shape.v[k]);
+    boxes.push_back(box);
+  }
   return boxes;
 }
 
@@ -34,7 +50,7 @@ std::vector<CutSegment> ContactFinder::Of(uint32_t polygon) const {
 void ContactFinder::AddFrom(uint32_t other, const Vec3& point, const Vec3& normal, double size,
                             std::vector<CutSegment>* segments) const {
   const double tolerance = ContactTolerance(extent_, std::min(size, boxes_[other].Diagonal()));
-  const ConvexPolygon shape = SideGeometry(scene_, other, Side::kFront);
+  const ConvexPolygon shape = ShapeOf(scene_, other);
   std::array<double, 4> height{};
   bool above = false, below = false;
   for (int i = 0; i < shape.count; ++i) {

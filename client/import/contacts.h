@@ -18,7 +18,7 @@ class ContactFinder {
 
   // Segments in the plane of a polygon, not clipped to it: edges of others that lie in the plane
   // within the contact tolerance (common/hierarchy/planes.h), whole outlines of coplanar ones among
-  // them, and the lines where others pass through it.
+  // them, and the lines where others pass through it. Panes of glass count among the others.
   std::vector<CutSegment> Of(uint32_t polygon) const;
 
   double extent_m() const { return extent_; }

@@ -14,6 +14,7 @@ using tinygltf::Value;
 // Smoother metals are seen as mirrors; coats as smooth as the second show lamps.
 constexpr double kMirrorRoughness = 0.25;
 constexpr double kGlossyRoughness = 0.5;
+constexpr double kIndexOfRefraction = 1.5;  // where a material names none
 
 double LargestOf(const Rgb& c) { return std::max({c.x, c.y, c.z}); }
 
@@ -34,6 +35,7 @@ class MaterialReader {
   Status ReadEmission();
   Status ReadTransparency();
   Status ReadDiffuseTransmission();
+  Status ReadTransmission(double share);
 
   const Value* Extension(const char* name) const {
     const auto found = from_.extensions.find(name);
@@ -229,9 +231,12 @@ Status MaterialReader::ReadTransparency() {
   const bool blends = from_.alphaMode == "BLEND";
   to_.opacity_map = (blends || from_.alphaMode == "MASK") && !to_.diffuse_map.name.empty();
   to_.glass = blends && alpha_ < 0.999;
+  to_.clear = Rgb(1 - alpha_);
+  to_.scattered = alpha_ * (1 - to_.metallic) * to_.diffuse;
   if (const Value* extension = Extension("KHR_materials_transmission")) {
     ASSIGN_OR_RETURN(const double share, Number(*extension, "transmissionFactor", 0));
     if (share > 1) return Fail("transmissionFactor", "is above 1; correct it");
+    if (share > 0) RETURN_IF_ERROR(ReadTransmission(share));
     to_.diffuse *= 1 - share;
     to_.glass = to_.glass || share > 0;
   }
@@ -255,6 +260,31 @@ Status MaterialReader::ReadDiffuseTransmission() {
   to_.diffuse *= 1 - share;
   to_.sheet_maps = share > 0 && (extension->Has("diffuseTransmissionTexture") ||
                                  extension->Has("diffuseTransmissionColorTexture"));
+  return {};
+}
+
+// Of the dielectric part of a material; its interfaces reflect on top of that.
+Status MaterialReader::ReadTransmission(double share) {
+  to_.clear = share * (1 - to_.metallic) * to_.diffuse;
+  to_.scattered = (1 - share) * (1 - to_.metallic) * to_.diffuse;
+  to_.tinted = true;
+  to_.index_of_refraction = kIndexOfRefraction;
+  if (const Value* extension = Extension("KHR_materials_ior")) {
+    ASSIGN_OR_RETURN(to_.index_of_refraction, Number(*extension, "ior", kIndexOfRefraction));
+  }
+  if (!(to_.index_of_refraction >= 1 && to_.index_of_refraction <= kLargestIndex)) {
+    return Fail("ior", "of a material that transmits is not from 1 to 5; correct it");
+  }
+  const Value* volume = Extension("KHR_materials_volume");
+  if (volume == nullptr || !volume->Has("attenuationDistance")) return {};
+  ASSIGN_OR_RETURN(const double thickness_m, Number(*volume, "thicknessFactor", 0));
+  ASSIGN_OR_RETURN(const double distance_m, Number(*volume, "attenuationDistance", 0));
+  ASSIGN_OR_RETURN(const Rgb colour, Colour(*volume, "attenuationColor", Rgb(1.0)));
+  if (!(distance_m > 0)) return Fail("attenuationDistance", "is not above 0; correct it");
+  if (LargestOf(colour) > 1) return Fail("attenuationColor", "is above 1; correct it");
+  for (int c = 0; c < 3; ++c) {
+    to_.clear[c] *= std::pow(colour[c], thickness_m / distance_m);
+  }
   return {};
 }
 

@@ -108,8 +108,8 @@ Result<Scene> Import(const std::string& path, const Format& format, const Import
   RETURN_IF_ERROR(AddLightsFile(&file));
   RepairLog log;
   NoteRest(file, &log);
-  MakeMaterials(file, &scene, &log);
-  RETURN_IF_ERROR(BuildPolygons(file, options, &scene, &log));
+  const std::vector<Glass> glasses = MakeMaterials(file, &scene, &log);
+  RETURN_IF_ERROR(BuildPolygons(file, glasses, options, &scene, &log));
   DropUnused(&scene);
   PlaceLights(file.lights, &scene);
   if (!scene.lights.empty()) scene.photometries = std::move(file.photometries);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <tuple>
 
+#include "client/import/glass.h"
 #include "client/import/text_file.h"
 #include "client/import/texture_image.h"
 #include "common/util/file.h"
@@ -25,6 +26,7 @@ class MaterialMaker {
       : file_(file), scene_(*scene), log_(*log) {}
 
   Material Make(const FileMaterial& from);
+  Glass MakeGlass(const FileMaterial& from);
 
  private:
   struct Varied {
@@ -61,7 +63,7 @@ void MaterialMaker::NoteEffects(const FileMaterial& from) {
   if (from.opacity_map) log_.Add(Repair::kOpacityMap, where);
   if (from.mirror && Sum(from.specular) == 0) log_.Add(Repair::kMirror, where);
   if (from.glossy) log_.Add(Repair::kGlossy, where);
-  if (from.glass) log_.Add(Repair::kGlass, where);
+  if (from.glass && !IsPane(from)) log_.Add(Repair::kGlass, where);
   if (from.sheet_maps) log_.Add(Repair::kSheetMap, where);
   if (from.unlit) log_.Add(Repair::kUnlit, where);
 }
@@ -217,19 +219,39 @@ Material MaterialMaker::Make(const FileMaterial& from) {
   return material;
 }
 
+Glass MaterialMaker::MakeGlass(const FileMaterial& from) {
+  Glass glass;
+  Rgb left = from.clear;
+  if (from.tinted && !from.diffuse_map.name.empty()) {
+    const LinearImage* image = Image(from.diffuse_map, Encoding::kSrgb);
+    log_.Add(image != nullptr ? Repair::kMap : Repair::kNoMap, [&] { return from.where; });
+    if (image != nullptr) left *= image->Mean();
+  }
+  for (int c = 0; c < 3; ++c) glass.optical_depth[c] = OpticalDepthOf(left[c]);
+  glass.index = from.index_of_refraction;
+  return glass;
+}
+
 }  // namespace
 
-void MakeMaterials(const SceneFile& file, Scene* scene, RepairLog* log) {
+std::vector<Glass> MakeMaterials(const SceneFile& file, Scene* scene, RepairLog* log) {
   std::vector<bool> used(file.materials.size(), false);
   for (const FileFace& face : file.faces) {
     if (face.material != kNoMaterial) used[face.material] = true;
   }
   MaterialMaker maker(file, scene, log);
+  std::vector<Glass> glasses(file.materials.size());
   scene->materials.resize(file.materials.size() + 1);
   for (size_t m = 0; m < used.size(); ++m) {
-    if (used[m]) scene->materials[m] = maker.Make(file.materials[m]);
+    if (!used[m]) continue;
+    if (IsPane(file.materials[m])) {
+      glasses[m] = maker.MakeGlass(file.materials[m]);
+    } else {
+      scene->materials[m] = maker.Make(file.materials[m]);
+    }
   }
   scene->materials.back().reflectance = Rgb(kGrey);
+  return glasses;
 }
 
 }  // namespace isolux

@@ -20,7 +20,7 @@ constexpr size_t kMostMaterials = 65'536;
 // lines.
 struct ScannedMaterial {
   uint32_t line = 0;
-  std::optional<Rgb> kd, ke, ks, td;
+  std::optional<Rgb> kd, ke, ks, td, tf;
 };
 
 Result<Rgb> ParseColour(const std::vector<std::string_view>& words, const std::string& where) {
@@ -60,8 +60,9 @@ Result<std::vector<ScannedMaterial>> Scan(CleanText& file) {
         return Error(StatusCode::kResourceExhausted, "{}: more than {} materials", where(),
                      kMostMaterials);
       }
-      materials.push_back({file.LineBefore(end), {}, {}, {}, {}});
-    } else if (words[0] == "Kd" || words[0] == "Ke" || words[0] == "Ks" || words[0] == "Td") {
+      materials.push_back({file.LineBefore(end), {}, {}, {}, {}, {}});
+    } else if (words[0] == "Kd" || words[0] == "Ke" || words[0] == "Ks" || words[0] == "Td" ||
+               words[0] == "Tf") {
       if (materials.empty()) {
         return Error(StatusCode::kInvalidArgument, "{}: {} before the first newmtl", where(),
                      words[0]);
@@ -71,7 +72,8 @@ Result<std::vector<ScannedMaterial>> Scan(CleanText& file) {
       (words[0] == "Kd"   ? material.kd
        : words[0] == "Ke" ? material.ke
        : words[0] == "Ks" ? material.ks
-                          : material.td) = colour;
+       : words[0] == "Td" ? material.td
+                          : material.tf) = colour;
     }
   }
   return materials;
@@ -87,6 +89,24 @@ bool IsGlass(const tinyobj::material_t& m) {
   const bool filter = Largest(m.transmittance) > 0;
   const bool all = m.transmittance[0] >= 1 && m.transmittance[1] >= 1 && m.transmittance[2] >= 1;
   return filter && (!all || m.illum == 4 || m.illum == 6 || m.illum == 7 || m.illum == 9);
+}
+
+// What is not opaque of a glass passes, coloured by its filter; what is opaque of it reflects Kd.
+// Without a filter, or with one of nothing as some exporters write it beside d, all of it does.
+Status SetGlass(const ScannedMaterial& scanned, const tinyobj::material_t& from,
+                FileMaterial* material) {
+  const Rgb filter = scanned.tf.value_or(Rgb(0.0));
+  const double opaque = std::clamp<double>(from.dissolve, 0, 1);
+  const bool dissolves = opaque < 0.999;
+  material->clear = dissolves ? (1 - opaque) * (Sum(filter) > 0 ? filter : Rgb(1.0)) : filter;
+  material->scattered = dissolves ? opaque * material->diffuse : material->diffuse;
+  material->index_of_refraction = std::max<double>(1, from.ior);
+  if (Sum(material->clear) > 0 && from.ior > kLargestIndex) {
+    return MakeStatus(StatusCode::kInvalidArgument,
+                      "{}: Ni {} of glass is above {}; correct the line", material->where, from.ior,
+                      kLargestIndex);
+  }
+  return {};
 }
 
 // -s scales and -o moves texture coordinates, whose v goes upwards here.
@@ -129,6 +149,7 @@ Result<std::vector<FileMaterial>> ParseMtl(std::string bytes, const std::string&
     material.opacity_map = !from.alpha_texname.empty();
     material.transmittance = scanned[i].td.value_or(Rgb(0.0));
     material.glass = IsGlass(from);
+    if (material.glass) RETURN_IF_ERROR(SetGlass(scanned[i], from, &material));
     material.mirror = !material.glass && (from.illum == 3 || from.illum == 5 || from.illum == 8);
     if (material.mirror) material.specular = scanned[i].ks.value_or(Rgb(0.0));
     material.glossy = !material.glass && !material.mirror && Largest(from.specular) > 0;

@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "client/import/coordinates.h"
+#include "client/import/glass.h"
 #include "client/import/prepare.h"
 #include "client/import/weld_points.h"
 #include "common/scene/triangulate.h"
@@ -86,6 +87,8 @@ RepairText Describe(Repair kind) {
               true};
     case Repair::kSheetMap:
       return {"maps of what sheets pass on ignored, their factors count", false};
+    case Repair::kGlassShare:
+      return {"panes that also reflect diffusely: that share counts as absorbed", false};
     case Repair::kUnlit:
       return {"unlit materials taken as diffuse", false};
     case Repair::kLines:
@@ -108,13 +111,15 @@ struct Face {
 
 class Builder {
  public:
-  Builder(const SceneFile& file, const ImportOptions& options, Scene* scene, RepairLog* log)
-      : file_(file), options_(options), scene_(*scene), log_(*log) {}
+  Builder(const SceneFile& file, const std::vector<Glass>& glasses, const ImportOptions& options,
+          Scene* scene, RepairLog* log)
+      : file_(file), glasses_(glasses), options_(options), scene_(*scene), log_(*log) {}
 
   void Run() {
     WeldPoints();
     for (uint32_t f = 0; f < file_.faces.size(); ++f) AddFace(f);
     for (uint32_t f = 0; f < faces_.size(); ++f) Shape(f);
+    MovePanes(file_, glasses_, &scene_, &log_);
     if (options_.prepare_for_transport && !scene_.polygons.empty()) {
       PrepareForTransport(&scene_, &log_, [&](uint32_t f) { return WhereIs(f); });
     }
@@ -144,6 +149,7 @@ class Builder {
   }
 
   const SceneFile& file_;
+  const std::vector<Glass>& glasses_;
   const ImportOptions& options_;
   Scene& scene_;
   RepairLog& log_;
@@ -428,9 +434,14 @@ Status RepairLog::CheckStrict() const {
   return {};
 }
 
-Status BuildPolygons(const SceneFile& file, const ImportOptions& options, Scene* scene,
-                     RepairLog* log) {
-  Builder(file, options, scene, log).Run();
+Status BuildPolygons(const SceneFile& file, const std::vector<Glass>& glasses,
+                     const ImportOptions& options, Scene* scene, RepairLog* log) {
+  Builder(file, glasses, options, scene, log).Run();
+  if (scene->polygons.empty() && scene->glazing.exists()) {
+    return MakeStatus(StatusCode::kInvalidArgument,
+                      "{}: all faces are of clear glass; give some of them an opaque material",
+                      file.path);
+  }
   if (scene->polygons.empty()) {
     return MakeStatus(StatusCode::kInvalidArgument, "{}: no face has any area", file.path);
   }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "client/import/import.h"
 #include "client/import/scene_file.h"
@@ -45,6 +46,7 @@ enum class Repair {
   kGlass,
   kSheetShare,
   kSheetMap,
+  kGlassShare,
   kUnlit,
   kLines,
   kAnimated,
@@ -83,8 +85,9 @@ class RepairLog {
 };
 
 // The vertices and polygons of `scene` from the faces of `file`. On entry the scene has its unit
-// and its materials, one for each of the file's and a last one for faces without.
-Status BuildPolygons(const SceneFile& file, const ImportOptions& options, Scene* scene,
-                     RepairLog* log);
+// and its materials, one for each of the file's and a last one for faces without. `glasses`: one
+// for each of the file's materials (glass.h).
+Status BuildPolygons(const SceneFile& file, const std::vector<Glass>& glasses,
+                     const ImportOptions& options, Scene* scene, RepairLog* log);
 
 }  // namespace isolux

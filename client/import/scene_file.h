@@ -45,6 +45,11 @@ struct FileMaterial {
   Rgb specular{0.0};    // what a mirror reflects as such; of a metal, times `metallic` and the maps
   bool glossy = false;  // and no mirror
   bool glass = false;
+  // Of glass: what its inside leaves of light that falls straight, times the mean of `diffuse_map`
+  // where `tinted`; what it reflects diffusely beside; and its index of refraction, 1: no Fresnel.
+  Rgb clear{0.0}, scattered{0.0};
+  bool tinted = false;
+  double index_of_refraction = 1;
   Rgb transmittance{0.0};   // diffuse: what of arriving light comes out on the other side
   bool sheet_maps = false;  // that would vary it
   bool unlit = false;       // shown without light by viewers

@@ -57,7 +57,8 @@ struct RoundReport {
   double residual = 0, energy_imbalance = 0;
   uint32_t iterations = 0;
   std::array<double, 3> emitted_w{}, absorbed_w{}, escaped_w{};
-  std::array<double, 3> medium_w{};  // that the medium absorbs
+  std::array<double, 3> medium_w{};
+  std::array<double, 3> glass_w{};  // that the medium absorbs
   Leaks leaks;
   uint64_t crown_hash = 0;  // of the crown's links; must agree
   // This worker's own.

@@ -124,6 +124,7 @@ v1::RoundSummary ToProto(const RoundSummary& round) {
   if (round.medium_w != decltype(round.medium_w){}) {
     Put(round.medium_w, message.mutable_medium_w());
   }
+  if (round.glass_w != decltype(round.glass_w){}) Put(round.glass_w, message.mutable_glass_w());
   message.set_seconds(round.seconds);
   message.set_refine_s(round.refine_s);
   message.set_exchange_s(round.exchange_s);
@@ -181,6 +182,7 @@ Result<RoundSummary> FromProto(const v1::RoundSummary& message) {
   if (!message.medium_w().empty()) {
     RETURN_IF_ERROR(Take(message.medium_w(), &round.medium_w));
   }
+  if (!message.glass_w().empty()) RETURN_IF_ERROR(Take(message.glass_w(), &round.glass_w));
   round.seconds = message.seconds();
   round.refine_s = message.refine_s();
   round.exchange_s = message.exchange_s();

@@ -181,6 +181,9 @@ std::string Encode(const RoundReport& message) {
   if (message.medium_w != decltype(message.medium_w){}) {
     proto.set_medium_w(ToBytes(message.medium_w));
   }
+  if (message.glass_w != decltype(message.glass_w){}) {
+    proto.set_glass_w(ToBytes(message.glass_w));
+  }
   proto.set_crown_hash(message.crown_hash);
   proto.set_links(message.links);
   proto.set_leaves(message.leaves);
@@ -229,6 +232,9 @@ Result<RoundReport> DecodeMessage(const std::string& payload) {
   RETURN_IF_ERROR(FromBytes(proto.escaped_w(), kWhat, &message.escaped_w));
   if (!proto.medium_w().empty()) {
     RETURN_IF_ERROR(FromBytes(proto.medium_w(), kWhat, &message.medium_w));
+  }
+  if (!proto.glass_w().empty()) {
+    RETURN_IF_ERROR(FromBytes(proto.glass_w(), kWhat, &message.glass_w));
   }
   message.crown_hash = proto.crown_hash();
   message.links = proto.links();

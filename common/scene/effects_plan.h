@@ -20,6 +20,7 @@ struct EffectsPlan {
   bool sun = true;              // and those of them that are discs
   bool sky = true;
   bool medium = true;   // absorbs
+  bool glass = true;    // panes take what they do; else nothing
   bool mirrors = true;  // reflect as such; else with their diffuse reflectance alone
   bool sheets = true;   // pass light on; else they are opaque
 };

@@ -375,6 +375,7 @@ Status Validate(const Scene& scene, const SceneLimits& limits) {
   RETURN_IF_ERROR(CheckLights(scene));
   RETURN_IF_ERROR(CheckSky(scene.sky));
   RETURN_IF_ERROR(CheckMedium(scene.medium));
+  RETURN_IF_ERROR(CheckGlazing(scene.glazing, limits.polygons));
   for (size_t p = 0; p < scene.polygons.size(); ++p) {
     RETURN_IF_ERROR(CheckIndices(scene.polygons[p], scene.vertices.size(), scene.materials.size()));
     RETURN_IF_ERROR(CheckShape(scene, p));
@@ -423,6 +424,7 @@ std::string Encode(const Scene& scene) {
     Put(out, scene.medium.extinction_per_m);
   }
   PutSheets(out, scene);
+  PutGlazing(out, scene.glazing);
   return out.Take();
 }
 
@@ -465,7 +467,8 @@ Result<Scene> Decode(const std::string& bytes, const SceneLimits& limits) {
   // None is a number of textures that a scene may have.
   const auto follows = [&in](uint64_t magic) { return ByteReader(in).Get<uint64_t>() == magic; };
   if (in.ok() && in.left() > 0 && !follows(kLightsMagic) && !follows(kSkyMagic) &&
-      !follows(kMirrorsMagic) && !follows(kMediumMagic) && !follows(kSheetsMagic)) {
+      !follows(kMirrorsMagic) && !follows(kMediumMagic) && !follows(kSheetsMagic) &&
+      !follows(kGlazingMagic)) {
     RETURN_IF_ERROR(GetMaps(in, limits, &scene));
   }
   if (in.ok() && follows(kLightsMagic)) RETURN_IF_ERROR(GetLights(in, limits, &scene));
@@ -473,6 +476,9 @@ Result<Scene> Decode(const std::string& bytes, const SceneLimits& limits) {
   if (in.ok() && follows(kMirrorsMagic)) RETURN_IF_ERROR(TakeMirrors(in, &scene));
   if (in.ok() && follows(kMediumMagic)) RETURN_IF_ERROR(TakeMedium(in, &scene));
   if (in.ok() && follows(kSheetsMagic)) RETURN_IF_ERROR(TakeSheets(in, &scene));
+  if (in.ok() && follows(kGlazingMagic)) {
+    RETURN_IF_ERROR(TakeGlazing(in, limits.polygons, &scene.glazing));
+  }
   if (!in.ok() || in.left() > 0) {
     return Error(StatusCode::kDataLoss, "scene: its end is {}", in.ok() ? "too late" : "missing");
   }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/glazing.h"
 #include "common/scene/light.h"
 #include "common/scene/medium.h"
 #include "common/scene/sky.h"
@@ -77,6 +78,7 @@ struct Scene {
   std::vector<Light> lights;             // beside the polygons that emit
   Sky sky;                               // where one exists
   Medium medium;                         // likewise; fills the whole scene
+  Glazing glazing;                       // panes of clear glass, which are no polygons
   Vec3 origin_m{0.0};      // centre that was subtracted, in double, before anything else
   std::string unit = "m";  // of the file: m, cm, mm, in, ft
   double metres_per_unit = 1.0;

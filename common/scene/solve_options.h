@@ -65,6 +65,7 @@ struct RoundSummary {
       0;  // largest |emitted − absorbed − escaped| / emitted over the channels
   std::array<double, 3> emitted_w{}, absorbed_w{}, escaped_w{};
   std::array<double, 3> medium_w{};  // that the medium absorbs; 0 where there is none
+  std::array<double, 3> glass_w{};   // that panes absorb or reflect, likewise
   // Elements whose couplings add up to far too much or little before closure: light leaks there, or
   // links are missing. And their share of the area.
   uint64_t leaks = 0;

@@ -52,5 +52,20 @@ TEST(WeldGroups, DivideAFloorWhereThingsStand) {
   EXPECT_EQ(at(0.5, 3.5), at(3, 2));  // what stands below does not matter above
 }
 
+TEST(WeldGroups, DivideAFloorAlongPanesOfGlass) {
+  for (const double width : {4.0, 2.0}) {  // from wall to wall, or half of that
+    ObjScene room;
+    room.Box("white", {0, 0, 0}, {6, 4, 3}, true, true, true);
+    room.Face("glass", {{4, 0, 0}, {4, width, 0}, {4, width, 3}, {4, 0, 3}});
+    const Scene scene = room.Import();
+    ASSERT_EQ(scene.glazing.panes.size(), 1U);
+    const Hierarchy hierarchy(scene);
+    const std::vector<uint32_t> groups = FindWeldGroups(hierarchy);
+    const bool apart = GroupAt(scene, groups, hierarchy, "white", {5, 1, 0}) !=
+                       GroupAt(scene, groups, hierarchy, "white", {3, 1, 0});
+    EXPECT_EQ(apart, width == 4);
+  }
+}
+
 }  // namespace
 }  // namespace isolux::testing

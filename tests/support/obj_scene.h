@@ -53,7 +53,7 @@ class ObjScene {
     add({at(0, 1, 0), at(0, 0, 0), at(0, 0, 1), at(0, 1, 1)});
   }
 
-  // Materials are white, red, blue and lamp. Coordinates are printed with `digits`.
+  // Materials are white, red, blue, lamp and glass. Coordinates are printed with `digits`.
   Result<Scene> TryImport(const ImportOptions& options = {}, int digits = 17,
                           const Vec3& shift = Vec3(0.0), double scale = 1) const {
     std::string text = "mtllib s.mtl\n";
@@ -70,7 +70,8 @@ class ObjScene {
     const TempDir dir;
     dir.Write("s.mtl",
               "newmtl white\nKd 0.7 0.7 0.7\nnewmtl red\nKd 0.6 0.1 0.1\n"
-              "newmtl blue\nKd 0.1 0.1 0.6\nnewmtl lamp\nKd 0 0 0\nKe 10 10 10\n");
+              "newmtl blue\nKd 0.1 0.1 0.6\nnewmtl lamp\nKd 0 0 0\nKe 10 10 10\n"
+              "newmtl glass\nTf 0.5 0.5 0.5\n");
     ImportOptions with = options;
     with.require_emission = false;
     return ImportScene(dir.Write("s.obj", text), with);

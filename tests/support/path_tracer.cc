@@ -5,8 +5,10 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "common/hierarchy/hierarchy.h"
+#include "common/hierarchy/panes.h"
 #include "common/util/random.h"
 #include "tests/support/surface_points.h"
 #include "worker/radiosity/polygon_sampler.h"
@@ -27,6 +29,7 @@ double Now() {
 class PathTracer {
  public:
   explicit PathTracer(const Scene& scene) : hierarchy_(scene), rays_(hierarchy_) {
+    if (scene.glazing.exists()) panes_.emplace(scene.glazing, hierarchy_.extent_m(), false);
     surface_of_.resize(scene.polygons.size(), {kNone, kNone});
     const auto surfaces = hierarchy_.surfaces();
     for (uint32_t s = 0; s < surfaces.size(); ++s) {
@@ -53,6 +56,7 @@ class PathTracer {
       Vec3 direction(0.0);
       double cosine_pdf = 0;
       if (!Bounce(place, random, next, direction, cosine_pdf)) break;
+      weight *= Left(place, next);
       // What a cosine-distributed ray meets: its exitance is the sample of the irradiance.
       const double light_pdf = LightPdf(next.surface);
       sum += weight * SurfaceAt(next).exitance * (cosine_pdf / (cosine_pdf + light_pdf));
@@ -61,7 +65,9 @@ class PathTracer {
       while (arrives && random.Unit() < SpecularAt(next)) {
         const Vec3 n = NormalOf(next.surface);
         direction -= 2 * glm::dot(n, direction) * n;
+        const Place mirror = next;
         arrives = Follow(next, direction, next);
+        if (arrives) weight *= Left(mirror, next);
         if (arrives) sum += weight * SurfaceAt(next).exitance;
       }
       if (!arrives || SpecularAt(next) == 1) break;
@@ -112,7 +118,12 @@ class PathTracer {
     rays[0] = {place.position, d / std::sqrt(d2), hierarchy_.surfaces()[place.surface].polygon};
     const RayHit hit = rays_.Trace(rays, 1)[0];
     if (hit.polygon != hierarchy_.surfaces()[s].polygon) return Rgb(0.0);
-    return hierarchy_.surfaces()[s].exitance * (kernel / (pdf + kernel));
+    return hierarchy_.surfaces()[s].exitance * (kernel / (pdf + kernel)) * Left(place, {to, s});
+  }
+
+  // What panes of glass leave of light on the way.
+  Rgb Left(const Place& from, const Place& to) const {
+    return panes_ ? panes_->Along(from.position, to.position) : Rgb(1.0);
   }
 
   const Surface& SurfaceAt(const Place& place) const {
@@ -165,6 +176,7 @@ class PathTracer {
 
   Hierarchy hierarchy_;
   RayScene rays_;
+  std::optional<Panes> panes_;
   std::vector<std::array<uint32_t, 2>> surface_of_;
   std::vector<double> power_up_to_;
 };

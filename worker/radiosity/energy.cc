@@ -34,16 +34,17 @@ Status AddEnergy(const LeafSystem& leaves, std::span<const Lanes> irradiance,
     report.absorbed_w[c] = total.sums[3 + c].Value();
     report.escaped_w[c] = total.sums[6 + c].Value();
     if (!(report.emitted_w[c] > 0)) continue;
-    const double missing =
-        report.emitted_w[c] - report.absorbed_w[c] - report.escaped_w[c] - report.medium_w[c];
+    const double missing = report.emitted_w[c] - report.absorbed_w[c] - report.escaped_w[c] -
+                           report.medium_w[c] - report.glass_w[c];
     report.energy_imbalance =
         std::max(report.energy_imbalance, std::abs(missing) / report.emitted_w[c]);
   }
   return {};
 }
 
-Status AddMediumPower(const LeafSystem& leaves, std::span<const Lanes> irradiance, bool bounces,
-                      Transport& without_medium, Exchange& exchange, RoundReport& report) {
+Result<std::array<double, 3>> AbsorbedPower(const LeafSystem& leaves,
+                                            std::span<const Lanes> irradiance, bool bounces,
+                                            Transport& without, Exchange& exchange) {
   std::vector<Lanes> radiosity(leaves.size()), whole(leaves.size());
   Reduction reduction;
   reduction.maxima.assign(3, 0.0);
@@ -60,7 +61,7 @@ Status AddMediumPower(const LeafSystem& leaves, std::span<const Lanes> irradianc
   }
   ASSIGN_OR_RETURN(const Reduction bounds, exchange.Reduce(std::move(reduction)));
   const Lanes bound{bounds.maxima[0], bounds.maxima[1], bounds.maxima[2], 0};
-  RETURN_IF_ERROR(without_medium.Irradiance(radiosity, bound, whole));
+  RETURN_IF_ERROR(without.Irradiance(radiosity, bound, whole));
   Reduction absorbed;
   absorbed.sums.resize(3);
   for (size_t i = 0; i < leaves.size(); ++i) {
@@ -72,8 +73,7 @@ Status AddMediumPower(const LeafSystem& leaves, std::span<const Lanes> irradianc
     }
   }
   ASSIGN_OR_RETURN(const Reduction total, exchange.Reduce(std::move(absorbed)));
-  for (int c = 0; c < 3; ++c) report.medium_w[c] = total.sums[c].Value();
-  return {};
+  return std::array{total.sums[0].Value(), total.sums[1].Value(), total.sums[2].Value()};
 }
 
 }  // namespace isolux

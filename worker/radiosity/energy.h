@@ -1,6 +1,7 @@
 // The balance of energy of a solution: what is emitted, absorbed and lost.
 #pragma once
 
+#include <array>
 #include <span>
 
 #include "common/hierarchy/shard_data.h"
@@ -14,11 +15,12 @@ namespace isolux {
 Status AddEnergy(const LeafSystem& leaves, std::span<const Lanes> irradiance,
                  std::span<const double> escape, Exchange& exchange, RoundReport& report);
 
-// Sets medium_w, what the medium absorbs: what more would arrive without it, over the couplings
-// that `without_medium` has, from what leaves radiate in this solution. `bounces`: whether they
-// reflect all they receive, or only what lights bring. One product and two reductions; before
-// AddEnergy, which counts it.
-Status AddMediumPower(const LeafSystem& leaves, std::span<const Lanes> irradiance, bool bounces,
-                      Transport& without_medium, Exchange& exchange, RoundReport& report);
+// What is absorbed on the way, W a channel: what more would arrive over the couplings that
+// `without` has, from what leaves radiate in this solution. `bounces`: whether they reflect all
+// they receive, or only what lights bring. One product and two reductions. For medium_w and
+// glass_w, which AddEnergy counts.
+Result<std::array<double, 3>> AbsorbedPower(const LeafSystem& leaves,
+                                            std::span<const Lanes> irradiance, bool bounces,
+                                            Transport& without, Exchange& exchange);
 
 }  // namespace isolux

@@ -5,6 +5,7 @@
 #include "common/util/random.h"
 #include "worker/radiosity/cluster_pair.h"
 #include "worker/radiosity/couple_through.h"
+#include "worker/radiosity/glazed_links.h"
 #include "worker/radiosity/transmission.h"
 
 namespace isolux {
@@ -45,6 +46,11 @@ LinkVerdict EvaluateThrough(const RefineScene& scene, const Tree& tree, double e
   if (scene.medium != nullptr) {
     const ConvexPolygon there = tree.mirrors()->images()[image].image.Of(tree.polygon(link.q));
     VaryByMedium(*scene.medium, tree.polygon(link.p), there, &link);
+  }
+  if (scene.panes != nullptr) {
+    const MirrorImage& through = tree.mirrors()->images()[image];
+    VaryByPanes(*scene.panes, tree.polygon(link.p), through.image.Of(tree.polygon(link.q)),
+                &through, &link);
   }
   if (made.passage == Passage::kAll && !scene.occlusion) {
     link.SetThroughMirrors(image, 1, Link::kProved);

@@ -69,7 +69,7 @@ uint32_t VisibleThrough(const RayScene& rays, const Mirrors& mirrors, const Mirr
 }
 
 RayEnd EndOf(const RayScene& rays, const Mirrors& mirrors, Escape ray, RayHit hit,
-             const Hierarchy& hierarchy) {
+             const Hierarchy& hierarchy, const Panes* panes) {
   RayEnd end;
   for (end.hit = hit; end.reflections < kMostReflections; ++end.reflections) {
     end.direction = ray.direction;
@@ -79,6 +79,9 @@ RayEnd EndOf(const RayScene& rays, const Mirrors& mirrors, Escape ray, RayHit hi
     if (end.share * share < kLeastLight) break;
     end.share *= share;
     const Vec3 normal = SideGeometry(hierarchy.scene(), hit.polygon, hit.side).Normal();
+    if (panes != nullptr) {
+      end.left *= panes->Along(ray.from, ray.from + hit.distance * ray.direction);
+    }
     ray.from += hit.distance * ray.direction;
     end.way_m += hit.distance;
     ray.direction -= 2 * glm::dot(normal, ray.direction) * normal;

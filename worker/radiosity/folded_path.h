@@ -4,6 +4,7 @@
 #include <span>
 
 #include "common/hierarchy/mirrors.h"
+#include "common/hierarchy/panes.h"
 #include "worker/radiosity/ray_scene.h"
 
 namespace isolux {
@@ -21,9 +22,11 @@ struct RayEnd {
   Vec3 direction{0.0};
   Vec3 from{0.0};    // of the last leg
   double way_m = 0;  // of the legs before it
+  Rgb left{1.0};     // by panes on those legs
 };
+// panes: null where there are none.
 RayEnd EndOf(const RayScene& rays, const Mirrors& mirrors, Escape ray, RayHit hit,
-             const Hierarchy& hierarchy);
+             const Hierarchy& hierarchy, const Panes* panes = nullptr);
 
 // Share of a ray's light that leaves the scene.
 double EscapedShare(const RayScene& rays, const Mirrors& mirrors, const Escape& ray,

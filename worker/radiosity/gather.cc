@@ -93,8 +93,8 @@ class Descent {
 
 struct Gatherer::Impl {
   Impl(const Tree& t, const Placement& p, const LinkSet& links, const Snapshot& snapshot,
-       const RayScene& r, const LightField* l, const Medium* m)
-      : tree(t), placement(p), rays(r), lights(l), medium(m), sources(t, p, links, snapshot, m) {
+       const RayScene& r, const LightField* l, const RefineScene& b)
+      : tree(t), placement(p), rays(r), lights(l), between(b), sources(t, p, links, snapshot, b) {
     largest = sources.largest_radiosity();
     if (lights == nullptr) return;
     for (const LeafRecord& leaf : snapshot.leaves) {
@@ -145,15 +145,15 @@ struct Gatherer::Impl {
   const Placement& placement;
   const RayScene& rays;
   const LightField* lights;
-  const Medium* medium;
+  RefineScene between;
   SourceFinder sources;
   double largest;  // radiosity and, where there are lights, irradiance of a leaf, W/m²
 };
 
 Gatherer::Gatherer(const Tree& tree, const Placement& placement, const LinkSet& links,
                    const Snapshot& snapshot, const RayScene& rays, const LightField* lights,
-                   const Medium* medium)
-    : impl_(std::make_unique<Impl>(tree, placement, links, snapshot, rays, lights, medium)) {}
+                   const RefineScene& between)
+    : impl_(std::make_unique<Impl>(tree, placement, links, snapshot, rays, lights, between)) {}
 Gatherer::~Gatherer() = default;
 
 Result<GatherPart> Gatherer::AtCorners(std::span<const NodeId> elements,
@@ -174,7 +174,7 @@ Result<GatherPart> Gatherer::AtCorners(std::span<const NodeId> elements,
   constexpr size_t kLeavesTogether = 32;
   pool.For(runs.size(), kLeavesTogether, [&](size_t begin, size_t end, int) {
     Descent descent(impl_->tree, impl_->sources, options, scale);
-    PointGather gather(impl_->rays, impl_->sources, impl_->tree.mirrors(), impl_->medium);
+    PointGather gather(impl_->rays, impl_->sources, impl_->tree.mirrors(), impl_->between);
     for (size_t r = begin; r < end; ++r) {
       const std::vector<GatherPlace> places =
           impl_->PlacesOf(runs[r], elements, corners, part.sums.data());

@@ -32,11 +32,11 @@ struct GatherOptions {
 // Made once a snapshot; keeps references to all it is given.
 class Gatherer {
  public:
-  // `lights`, `medium`: null where there are none. Of lights each worker adds what reaches its own
-  // leaves.
+  // `lights`: null where there are none. Of lights each worker adds what reaches its own leaves.
+  // `between`: what made the links, with the medium and the panes.
   Gatherer(const Tree& tree, const Placement& placement, const LinkSet& links,
            const Snapshot& snapshot, const RayScene& rays, const LightField* lights,
-           const Medium* medium);
+           const RefineScene& between);
   ~Gatherer();
 
   // `elements`: sorted, leaves of the snapshot the tree was installed from, or below them.

@@ -49,6 +49,14 @@ struct ClusterOctet {
   std::array<FloatLanes, 3> radiosity{};  // times visibility, in units of 1/scale W/m²
 };
 
+// Whether panes of glass may stand before a source, and what they leave of it: of each point anew
+// where all of it is seen or all of it is behind the same panes, else the mean over what passes.
+struct Glazed {
+  enum class Kind : uint8_t { kNot, kByPoint, kMean } kind = Kind::kNot;
+  bool all = false;  // of it is behind the same panes
+  std::array<float, 3> mean = {1, 1, 1};
+};
+
 // A polygon as the target of rays. In the scene's coordinates.
 struct RayTarget {
   ConvexPolygon polygon;
@@ -60,6 +68,7 @@ struct RayTarget {
   // kNoNode for others.
   uint32_t varying = 0xffffffffu;
   const MirrorImage* image = nullptr;  // the polygon is of that; null: seen straight
+  Glazed glazed;
 };
 
 // What the links of one node of the tree bring to points below it.

@@ -1,5 +1,5 @@
-// The gather through a medium. What it leaves of the light of a source is the mean over nine of its
-// points, weighted by what they bring; of a cluster that of its centre.
+// The gather through a medium, or panes of glass. What a medium leaves of the light of a source is
+// the mean over nine of its points, weighted by what they bring; of a cluster that of its centre.
 #include <bit>
 #include <cmath>
 
@@ -81,35 +81,48 @@ std::array<FloatLanes, 3> PointGather::LeftOf(const SourceOctet& octet, PlanePoi
   return sum;
 }
 
-void PointGather::AddBlockInMedium(SourceBlock& block, PlanePoint at, uint32_t place_seed,
-                                   float rays_per_doubt, int64_t* sums) {
-  const UInt32Lanes seeds = UInt32Lanes{} + place_seed;
+void PointGather::AddBlockThrough(const GatherPlace& place, SourceBlock& block,
+                                  float rays_per_doubt) {
+  const PlanePoint at = block.At(place.position);
+  const UInt32Lanes seeds = UInt32Lanes{} + static_cast<uint32_t>(place.seed);
   std::array<int64_t, 3> total = block.even();
   for (int c = 0; c < 3; ++c) {
-    extinction_[c] = static_cast<float>(medium_->extinction_per_m[c] * block.unit_m());
+    extinction_[c] = medium_ == nullptr
+                         ? 0.0F
+                         : static_cast<float>(medium_->extinction_per_m[c] * block.unit_m());
   }
+  std::array<FloatLanes, 3> none;
+  none.fill(SplatFloat(1));
   const std::span<const SourceOctet> octets = block.octets();
   for (size_t o = 0; o < octets.size(); ++o) {
     const SourceOctet& octet = octets[o];
     const FloatLanes factor = FormFactors(octet, at);
     const FloatLanes seen = factor * octet.visibility;
-    const std::array<FloatLanes, 3> left = LeftOf(octet, at);
-    for (int c = 0; c < 3; ++c) total[c] += SumOfRounded(seen * octet.radiosity[c] * left[c]);
+    const std::array<FloatLanes, 3> left = medium_ == nullptr ? none : LeftOf(octet, at);
+    std::array<FloatLanes, 3> by_panes = none;
+    const bool glazed = panes_ != nullptr && LeftByPanes(place, block, o, factor, &by_panes);
+    for (int c = 0; c < 3; ++c) {
+      const FloatLanes arriving = seen * octet.radiosity[c] * left[c];
+      total[c] += SumOfRounded(glazed ? arriving * by_panes[c] : arriving);
+    }
     const FloatLanes least = Select(factor > 0.0F, octet.least_rays, FloatLanes{});
     const size_t before = looks_.size();
     ListLooks(block, o, factor, Maximum(octet.rays * factor * rays_per_doubt, least), seeds);
     for (size_t l = before; l < looks_.size(); ++l) {
       const int lane = looks_[l].lane;
-      left_of_looks_.push_back({left[0][lane], left[1][lane], left[2][lane]});
+      left_of_looks_.push_back({{left[0][lane], left[1][lane], left[2][lane]},
+                                {by_panes[0][lane], by_panes[1][lane], by_panes[2][lane]}});
     }
   }
   for (const ClusterOctet& octet : block.clusters()) {
     const FloatLanes factor = FormFactors(octet, at);
     const std::array<FloatLanes, 3> left =
-        Left(LengthOf({octet.centre[0] - at.x, octet.centre[1] - at.y, octet.centre[2]}));
+        medium_ == nullptr
+            ? none
+            : Left(LengthOf({octet.centre[0] - at.x, octet.centre[1] - at.y, octet.centre[2]}));
     for (int c = 0; c < 3; ++c) total[c] += SumOfRounded(factor * octet.radiosity[c] * left[c]);
   }
-  for (int c = 0; c < 3; ++c) sums[c] += total[c];
+  for (int c = 0; c < 3; ++c) place.sums[c] += total[c];
 }
 
 }  // namespace isolux

@@ -49,10 +49,10 @@ void PointGather::Evaluate(const GatherPlace& place, std::span<SourceBlock* cons
   const auto place_seed = static_cast<uint32_t>(place.seed);
   for (SourceBlock* block : blocks) {
     const auto per_doubt = static_cast<float>(rays_per_doubt);
-    if (medium_ == nullptr) {
+    if (medium_ == nullptr && panes_ == nullptr) {
       AddBlock(*block, block->At(place.position), place_seed, per_doubt, place.sums);
     } else {
-      AddBlockInMedium(*block, block->At(place.position), place_seed, per_doubt, place.sums);
+      AddBlockThrough(place, *block, per_doubt);
     }
   }
   for (int c = 0; c < 3; ++c) {
@@ -159,12 +159,17 @@ void PointGather::Trace() {
     look.total += picks_[i].weight;
     if ((visible >> i & 1) == 0) continue;
     double relative = 1;
+    const auto goal = [&] { return Vec3(packet_.to[0][i], packet_.to[1][i], packet_.to[2][i]); };
     if (look.target->varying != kNoNode) {
-      Vec3 to(packet_.to[0][i], packet_.to[1][i], packet_.to[2][i]);
+      Vec3 to = goal();
       if (look.target->image != nullptr) to = look.target->image->back.Point(to);
       relative = sources_.RelativeRadiosityAt(look.target->varying, to);
     }
     look.passed += picks_[i].weight * relative;
+    if (panes_ == nullptr || look.target->glazed.kind == Glazed::Kind::kNot) continue;
+    const Vec3 from(packet_.from[0][i], packet_.from[1][i], packet_.from[2][i]);
+    look.passed_panes +=
+        picks_[i].weight * relative * LeftByPanesTo(from, goal(), look.target->image);
   }
   count_ = 0;
   mirrored_ = 0;
@@ -180,9 +185,16 @@ void PointGather::Correct(const GatherPlace& place) const {
     const float before = look.factor * look.octet->visibility[look.lane];
     const float now = look.factor * static_cast<float>(look.passed / look.total);
     for (int c = 0; c < 3; ++c) {
-      float radiosity = look.octet->radiosity[c][look.lane];
-      if (!left_of_looks_.empty()) radiosity *= left_of_looks_[l][static_cast<size_t>(c)];
-      place.sums[c] += Rounded(look.stands_for * (now - before) * radiosity);
+      float radiosity = look.octet->radiosity[c][look.lane], of_channel = now, known = before;
+      if (!left_of_looks_.empty()) {
+        const LeftOfLook& left = left_of_looks_[l];
+        radiosity *= left.by_medium[static_cast<size_t>(c)];
+        known *= left.by_panes[static_cast<size_t>(c)];
+        if (look.target->glazed.kind != Glazed::Kind::kNot) {
+          of_channel = look.factor * static_cast<float>(look.passed_panes[c] / look.total);
+        }
+      }
+      place.sums[c] += Rounded(look.stands_for * (of_channel - known) * radiosity);
     }
   }
 }

@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "common/scene/medium.h"
 #include "worker/radiosity/gather_block.h"
 #include "worker/radiosity/gather_sources.h"
 #include "worker/radiosity/polygon_sampler.h"
@@ -27,10 +26,14 @@ int64_t SumOfRounded(FloatLanes arriving);
 
 class PointGather {
  public:
-  // mirrors, medium: null where there are none.
+  // mirrors: null where there are none. `between`: what made the links, with the medium and panes.
   PointGather(const RayScene& rays, const SourceFinder& sources, const Mirrors* mirrors,
-              const Medium* medium)
-      : rays_(rays), sources_(sources), mirrors_(mirrors), medium_(medium) {}
+              const RefineScene& between)
+      : rays_(rays),
+        sources_(sources),
+        mirrors_(mirrors),
+        medium_(between.medium),
+        panes_(between.panes) {}
 
   // The surface that the next places lie on.
   void SetSurface(const Vec3& normal, uint32_t polygon) {
@@ -53,6 +56,7 @@ class PointGather {
     float factor;
     float stands_for;              // sources like it, of which this one gets rays by chance
     double passed = 0, total = 0;  // weights of the rays
+    Rgb passed_panes{0.0};         // of those that pass, with what panes leave of them
   };
   // A ray of a packet.
   struct Pick {
@@ -62,10 +66,16 @@ class PointGather {
 
   void AddBlock(SourceBlock& block, PlanePoint at, uint32_t place_seed, float rays_per_doubt,
                 int64_t* sums);
-  // gather_medium.cc: the same through the medium, and what that leaves of light from sources, or
-  // over a distance in the block's unit.
-  void AddBlockInMedium(SourceBlock& block, PlanePoint at, uint32_t place_seed,
-                        float rays_per_doubt, int64_t* sums);
+  // gather_medium.cc: the same through the medium or panes, and what the medium leaves of light
+  // from sources, or over a distance in the block's unit.
+  void AddBlockThrough(const GatherPlace& place, SourceBlock& block, float rays_per_doubt);
+  // gather_glass.cc: what panes leave of light from sources; whether they stand before any.
+  bool LeftByPanes(const GatherPlace& place, SourceBlock& block, size_t octet, FloatLanes factor,
+                   std::array<FloatLanes, 3>* left) const;
+  Rgb LeftByPanesOf(const GatherPlace& place, const RayTarget& target) const;
+  Rgb LeftByPanesTo(const Vec3& from, const Vec3& to, const MirrorImage* image) const {
+    return image == nullptr ? panes_->Along(from, to) : panes_->Along(from, to, *image);
+  }
   std::array<FloatLanes, 3> LeftOf(const SourceOctet& octet, PlanePoint at) const;
   std::array<FloatLanes, 3> Left(FloatLanes distance) const;
   void ListLooks(SourceBlock& block, size_t octet, FloatLanes factor, FloatLanes wanted,
@@ -80,8 +90,14 @@ class PointGather {
   const SourceFinder& sources_;
   const Mirrors* mirrors_;
   const Medium* medium_;
-  std::array<float, 3> extinction_{};                // over the unit of the block that is added
-  std::vector<std::array<float, 3>> left_of_looks_;  // beside looks_; empty without a medium
+  const Panes* panes_;
+  std::array<float, 3> extinction_{};  // over the unit of the block that is added
+  // Beside looks_, what is left of their light: by the medium, and by panes on the whole; empty
+  // without either.
+  struct LeftOfLook {
+    std::array<float, 3> by_medium{1, 1, 1}, by_panes{1, 1, 1};
+  };
+  std::vector<LeftOfLook> left_of_looks_;
   Vec3 normal_{0.0};
   uint32_t own_polygon_ = 0;
   std::vector<Look> looks_;

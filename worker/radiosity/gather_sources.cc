@@ -7,6 +7,7 @@
 #include "common/hierarchy/element.h"
 #include "common/util/random.h"
 #include "worker/radiosity/cluster_pair.h"
+#include "worker/radiosity/glazed_links.h"
 
 namespace isolux {
 namespace {
@@ -30,9 +31,10 @@ constexpr double kLeastShare = 0.25;
 }  // namespace
 
 SourceFinder::SourceFinder(const Tree& tree, const Placement& placement, const LinkSet& links,
-                           const Snapshot& snapshot, const Medium* medium)
+                           const Snapshot& snapshot, const RefineScene& between)
     : tree_(tree),
-      medium_(medium),
+      between_(between),
+      medium_(between.medium),
       snapshot_(snapshot),
       slots_(tree),
       inverse_unit_m_(std::ldexp(1.0, -std::ilogb(tree.hierarchy().extent_m()))) {
@@ -193,13 +195,44 @@ Lanes SourceFinder::LeftAtCentre(const Filling& filling, uint32_t other,
   return Lanes{left.x, left.y, left.z, 0};
 }
 
+Lanes SourceFinder::LeftByPanesOf(const Link& link) const {
+  const Rgb left = LeftByPanes(between_, tree_, link);
+  return Lanes{left.x, left.y, left.z, 1};
+}
+
+Glazed SourceFinder::GlazedOf(const Link& link) const {
+  Glazed glazed;
+  if (between_.panes == nullptr) return glazed;
+  const Crossing crossing = PanesBetween(*between_.panes, tree_, link);
+  if (crossing == Crossing::kNone) return glazed;
+  const bool whole = !between_.occlusion || link.rays() == Link::kProved;
+  glazed.kind = crossing == Crossing::kAll || whole ? Glazed::Kind::kByPoint : Glazed::Kind::kMean;
+  if (glazed.kind == Glazed::Kind::kByPoint) return glazed;
+  const Lanes left = LeftByPanesOf(link);
+  for (int c = 0; c < 3; ++c) glazed.mean[c] = static_cast<float>(left[c]);
+  return glazed;
+}
+
 bool SourceFinder::VariesByMedium(const Part& part) const {
   if (medium_ == nullptr) return false;
   const ConvexPolygon& shape = part.shape.count > 0 ? part.shape : tree_.polygon(part.node);
   return medium_->largest_per_m() * SizeOf(shape) > kOpenOpticalSize;
 }
 
-// Where a medium makes parts of a leaf differ.
+bool SourceFinder::IsCutByPanes(const Filling& filling, Part* part) const {
+  if (part->glazed.kind != Glazed::Kind::kByPoint || part->image != nullptr) return false;
+  const auto corners = [](const ConvexPolygon& polygon) {
+    return std::span(polygon.v.data(), static_cast<size_t>(polygon.count));
+  };
+  const Crossing crossing = between_.panes->Between(
+      corners(tree_.polygon(filling.receiver)),
+      corners(part->shape.count > 0 ? part->shape : tree_.polygon(part->node)));
+  if (crossing == Crossing::kNone) part->glazed = {};
+  part->glazed.all = crossing == Crossing::kAll;
+  return crossing == Crossing::kSome;
+}
+
+// Where a medium or panes make parts of a leaf differ.
 void SourceFinder::OpenLeaf(const Filling& filling, const Part& part) const {
   const ConvexPolygon& shape = part.shape.count > 0 ? part.shape : tree_.polygon(part.node);
   uint64_t number = 0;
@@ -231,7 +264,9 @@ void SourceFinder::AddClusterEnd(const Filling& filling, const End& end) const {
   if (glm::dot(filling.normal, centre - filling.centre) <= 0) return;
   filling.block.AddCluster(centre, tree_.facing().area_m2(other, slots_.DirectionOf(slot)),
                            link.visibility() * (image == nullptr ? 1.0 : image->share),
-                           filling.scale * radiosity_[slot]);
+                           between_.panes == nullptr
+                               ? filling.scale * radiosity_[slot]
+                               : filling.scale * radiosity_[slot] * LeftByPanesOf(link));
 }
 
 void SourceFinder::AddEnd(const Filling& filling, uint32_t node, const End& end) const {
@@ -248,6 +283,7 @@ void SourceFinder::AddEnd(const Filling& filling, uint32_t node, const End& end)
   if (seen * tree_.values(other).radiosity < filling.options.even_share * filling.arriving) {
     Lanes arriving = mean_factor * visibility * filling.scale * radiosity_[slots_.OfElement(other)];
     if (medium_ != nullptr) arriving *= LeftAtCentre(filling, other, image);
+    if (between_.panes != nullptr) arriving *= LeftByPanesOf(link);
     filling.block.AddEven(arriving);
     return;
   }
@@ -255,17 +291,19 @@ void SourceFinder::AddEnd(const Filling& filling, uint32_t node, const End& end)
   const NodeId& b = tree_.node(link.q).id;
   uint64_t seed = Hash(filling.options.seed, Hash(a.surface, a.path), Hash(b.surface, b.path));
   if (image != nullptr) seed = Hash(seed, link.image());
-  Open(filling, {other, seen, 0, visibility, link.doubt(), seed, image});
+  Open(filling, {other, seen, 0, visibility, link.doubt(), seed, image, GlazedOf(link)});
 }
 
 // Adds the source, or its children where it brings much and varies.
-void SourceFinder::Open(const Filling& filling, const Part& part) const {
+void SourceFinder::Open(const Filling& filling, const Part& whole_part) const {
+  Part part = whole_part;
+  const bool cut_by_panes = IsCutByPanes(filling, &part);
   const NodeValues& values = tree_.values(part.node);
   const uint32_t child = tree_.node(part.node).first_child;
   const double brings = part.factor * values.radiosity;
   const double open_from = filling.options.open_share * filling.arriving;
   const bool opens = part.level < kOpenLevels && brings > open_from;
-  const bool absorbed = opens && VariesByMedium(part);
+  const bool absorbed = opens && (cut_by_panes || VariesByMedium(part));
   if (absorbed && child == kNoNode) return OpenLeaf(filling, part);
   if (child != kNoNode && opens && (values.spread > kOpenSpread * values.radiosity || absorbed)) {
     for (uint32_t i = child; i < child + 2; ++i) {
@@ -305,6 +343,7 @@ void SourceFinder::Open(const Filling& filling, const Part& part) const {
   target.surface_polygon = tree_.surface_of(part.node).polygon;
   target.seed = strength.seed;
   if (varies) target.varying = part.node;
+  target.glazed = part.glazed;
   filling.block.Add(polygon, target.normal, strength, target);
 }
 

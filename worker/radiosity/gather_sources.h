@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "common/hierarchy/snapshot.h"
-#include "common/scene/medium.h"
 #include "worker/radiosity/gather.h"
 #include "worker/radiosity/gather_block.h"
+#include "worker/radiosity/refine.h"
 #include "worker/radiosity/slots.h"
 
 namespace isolux {
@@ -15,9 +15,9 @@ namespace isolux {
 class SourceFinder {
  public:
   // Over the links homed here. Keeps references to all but the placement and the links' list.
-  // medium: null where there is none.
+  // `between`: what made the links, with the medium and the panes.
   SourceFinder(const Tree& tree, const Placement& placement, const LinkSet& links,
-               const Snapshot& snapshot, const Medium* medium);
+               const Snapshot& snapshot, const RefineScene& between);
 
   // Radiosity of the leaf at or below `node` that holds this point of it, over that of the node; of
   // the sums over the channels.
@@ -61,6 +61,7 @@ class SourceFinder {
     double visibility, doubt;
     uint64_t seed;
     const MirrorImage* image;  // that is seen of it; null: itself
+    Glazed glazed = {};        // what panes leave of it
     ConvexPolygon shape = {};  // a part of it that is alike all over; without corners: all of it
   };
 
@@ -69,17 +70,24 @@ class SourceFinder {
   void ListEnds(const Placement& placement, const LinkSet& links);
   void AddEnd(const Filling& filling, uint32_t node, const End& end) const;
   void AddClusterEnd(const Filling& filling, const End& end) const;
+  // What panes leave of a link's light.
+  Lanes LeftByPanesOf(const Link& link) const;
+  Glazed GlazedOf(const Link& link) const;
   // What the medium leaves of light from a node's middle to the receiver's.
   Lanes LeftAtCentre(const Filling& filling, uint32_t other, const MirrorImage* image) const;
   // Whether it leaves so different shares of light from parts of a source that these are to be
   // looked at one by one.
   bool VariesByMedium(const Part& part) const;
+  // Whether borders of panes may cross what goes from a part to the receiver. Where no pane does,
+  // the part is said not to be glazed.
+  bool IsCutByPanes(const Filling& filling, Part* part) const;
   void OpenLeaf(const Filling& filling, const Part& part) const;
   void Open(const Filling& filling, const Part& part) const;
   double FactorAtCentre(const Filling& filling, uint32_t other, const MirrorImage* image) const;
   const MirrorImage* ImageAt(const End& end) const;
 
   const Tree& tree_;
+  RefineScene between_;
   const Medium* medium_;
   const Snapshot& snapshot_;
   Slots slots_;

@@ -11,6 +11,7 @@
 #include "worker/coupling/lanes.h"
 #include "worker/radiosity/folded_path.h"
 #include "worker/radiosity/polygon_sampler.h"
+#include "worker/radiosity/polygon_seen.h"
 
 namespace isolux {
 namespace {
@@ -28,44 +29,9 @@ constexpr double kBorder = 1.0 / 16;
 // below this accuracy.
 constexpr int kLeafCells = 64, kElementCells = 32, kElementFinest = 64, kFinestCells = 128;
 constexpr double kFineAccuracy = 0.015;
+// What panes leave differs over an element by this share where no border of one crosses it.
+constexpr double kPaneBorder = 0.05;
 constexpr double kSmallShare = 1e-4;  // of the scene's area: elements that are looked at roughly
-
-// Solid angle of a triangle seen from the origin ([VanOosteromStrackee83]), signed.
-double SolidAngle(const Vec3& a, const Vec3& b, const Vec3& c) {
-  const double la = glm::length(a), lb = glm::length(b), lc = glm::length(c);
-  const double volume = glm::dot(a, glm::cross(b, c));
-  const double sum = la * lb * lc + glm::dot(a, b) * lc + glm::dot(b, c) * la + glm::dot(c, a) * lb;
-  const double angle = 2 * Atan2Upper(Splat(std::abs(volume)), Splat(sum))[0];
-  return volume < 0 ? -angle : angle;
-}
-
-double SolidAngle(const ConvexPolygon& polygon, const Vec3& from) {
-  double angle = 0;
-  for (int i = 1; i + 1 < polygon.count; ++i) {
-    angle += SolidAngle(polygon.v[0] - from, polygon.v[i] - from, polygon.v[i + 1] - from);
-  }
-  return std::abs(angle);
-}
-
-// The point of a polygon nearest to a point of its plane.
-Vec3 NearestInside(const ConvexPolygon& polygon, const Vec3& normal, const Vec3& point) {
-  bool inside = true;
-  Vec3 nearest = polygon.v[0];
-  double least2 = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < polygon.count; ++i) {
-    const Vec3& a = polygon.v[i];
-    const Vec3 along = polygon.v[(i + 1) % polygon.count] - a;
-    inside &= glm::dot(glm::cross(along, point - a), normal) >= 0;
-    const double t = glm::dot(point - a, along) / std::max(glm::dot(along, along), 1e-300);
-    const Vec3 candidate = a + std::clamp(t, 0.0, 1.0) * along;
-    const double distance2 = glm::dot(candidate - point, candidate - point);
-    if (distance2 < least2) {
-      least2 = distance2;
-      nearest = candidate;
-    }
-  }
-  return inside ? point : nearest;
-}
 
 double SumOf(const Rgb& c) { return c.x + c.y + c.z; }
 
@@ -87,6 +53,7 @@ struct LightField::Arrival {
   Vec3 from{0.0};    // a point of the light, or far away towards it
   double share = 0;  // of the intensity: cosine over squared distance, or cosine
   Rgb intensity{0.0};
+  Rgb left{1.0};  // of that, by panes; the intensity is with it
 
   Rgb irradiance() const { return share * intensity; }
 };
@@ -99,9 +66,11 @@ LightField::Arrival LightField::ArrivalAt(const Source& source, const Vec3& poin
   if (light.kind == LightKind::kDirectional) {
     const double cosine = std::max(0.0, -glm::dot(normal, light.direction));
     const Vec3 aside = light.disc_radius * (disc[0] * source.side + disc[1] * source.across);
-    const Rgb intensity =
-        medium_ ? light.intensity * LeftFromOutside(source, point) : light.intensity;
-    return {point + far_m_ * (aside - light.direction), cosine, intensity};
+    Rgb intensity = medium_ ? light.intensity * LeftFromOutside(source, point) : light.intensity;
+    const Vec3 from = point + far_m_ * (aside - light.direction);
+    if (panes_ == nullptr || !(cosine > 0)) return {from, cosine, intensity};
+    const Rgb left = LeftByPanes(source, point, from);
+    return {from, cosine, intensity * left, left};
   }
   const Vec3 d = light.position_m - point;
   const double distance2 = glm::dot(d, d), distance = std::sqrt(distance2);
@@ -109,7 +78,9 @@ LightField::Arrival LightField::ArrivalAt(const Source& source, const Vec3& poin
   if (!(height > 0) || !(distance2 > 0)) return {light.position_m, 0, Rgb(0.0)};
   Rgb intensity = Intensity(source, -d / distance);
   if (medium_) intensity *= medium_->medium.Along(distance);
-  return {light.position_m, height / (distance2 * distance), intensity};
+  Rgb left(1.0);
+  if (panes_ != nullptr) left = LeftByPanes(source, point, light.position_m);
+  return {light.position_m, height / (distance2 * distance), left * intensity, left};
 }
 
 // Of a directional light; by way of mirrors the end of the way is that from the last of them on,
@@ -119,6 +90,11 @@ Rgb LightField::LeftFromOutside(const Source& source, const Vec3& point) const {
   if (source.image == nullptr) return medium_->FromOutside(point, towards);
   const Isometry& back = source.image->back;
   return medium_->FromOutside(back.Point(point), back.Direction(towards));
+}
+
+Rgb LightField::LeftByPanes(const Source& source, const Vec3& point, const Vec3& from) const {
+  return source.image == nullptr ? panes_->Along(point, from)
+                                 : panes_->Along(point, from, *source.image);
 }
 
 double LightField::AreaShare(const ConvexPolygon& polygon) const {
@@ -153,13 +129,14 @@ struct LightField::Samples {
 
 LightField::LightField(const Hierarchy& hierarchy, const RayScene& rays, const Mirrors& mirrors,
                        const Scout& scout, const EffectsPlan& plan, const Medium* medium,
-                       double accuracy, uint64_t seed)
+                       const Panes* panes, double accuracy, uint64_t seed)
     : hierarchy_(hierarchy),
       rays_(rays),
       mirrors_(mirrors),
       shadows_(plan.occlusion),
       seed_(seed),
       far_m_(2 * hierarchy.extent_m()),
+      panes_(panes),
       finest_(accuracy < kFineAccuracy ? 2 * kFinestCells : kFinestCells) {
   if (medium != nullptr) medium_ = MediumInBox{*medium, hierarchy.clusters()[0].bounds};
   for (const Light& light : hierarchy.scene().lights) {
@@ -170,7 +147,7 @@ LightField::LightField(const Hierarchy& hierarchy, const RayScene& rays, const M
   }
   const Sky& sky = hierarchy.scene().sky;
   if (!plan.sky || !sky.exists()) return;
-  sky_.emplace(hierarchy, rays, mirrors, far_m_, shadows_, medium_ ? &*medium_ : nullptr);
+  sky_.emplace(hierarchy, rays, mirrors, far_m_, shadows_, medium_ ? &*medium_ : nullptr, panes);
   for (size_t i = 0; i < sky.texels.size(); i += 3) {
     brightest_sky_ =
         glm::max(brightest_sky_, Rgb(sky.texels[i], sky.texels[i + 1], sky.texels[i + 2]));
@@ -265,7 +242,9 @@ double LightField::MostPower(const NodeId& id, const ConvexPolygon& polygon) con
 double LightField::UnoccludedRange(const Source& source, const ConvexPolygon& inside,
                                    const Vec3& normal, double least, double most) const {
   const Light& light = source.light;
-  if (light.kind == LightKind::kDirectional) return medium_ ? most - least : 0;
+  if (light.kind == LightKind::kDirectional) {
+    return medium_ || panes_ != nullptr ? most - least : 0;
+  }
   const auto probe = [&](const Vec3& point) {
     const double value = SumOf(ArrivalAt(source, point, normal, {}).irradiance());
     least = std::min(least, value);
@@ -307,6 +286,20 @@ LightField::Look LightField::LookAt(const Source& source, const Samples& samples
   return look;
 }
 
+// What panes leave of light that arrives, over points.
+struct LightField::LeftRange {
+  Rgb least{1.0}, most{0.0};
+
+  void Add(const Look& look) {
+    for (int i = 0; i < RayScene::kPacket; ++i) {
+      if ((look.free >> i & 1) == 0) continue;
+      least = glm::min(least, look.arrivals[i].left);
+      most = glm::max(most, look.arrivals[i].left);
+    }
+  }
+  double Range() const { return std::max({most.x - least.x, most.y - least.y, most.z - least.z}); }
+};
+
 void LightField::AddLight(const Source& source, const NodeId& id, const ConvexPolygon& polygon,
                           const Samples& samples, GivenIrradiance* sum) const {
   const Light& light = source.light;
@@ -319,6 +312,7 @@ void LightField::AddLight(const Source& source, const NodeId& id, const ConvexPo
   Rgb whole(0.0), seen(0.0);  // over the samples: without obstacles, past them
   double shares = 0, least = std::numeric_limits<double>::infinity(), most = 0;
   int reached = 0, hidden = 0;
+  LeftRange left;
   for (int first = 0; first < kSamples; first += RayScene::kPacket) {
     const Look look = LookAt(source, samples, own,
                              std::span(samples.points).subspan(first, RayScene::kPacket), first);
@@ -330,15 +324,17 @@ void LightField::AddLight(const Source& source, const NodeId& id, const ConvexPo
       least = std::min(least, SumOf(irradiance));
       most = std::max(most, SumOf(irradiance));
     }
+    left.Add(look);
     reached += look.reached();
     hidden += look.hidden();
     if (MayBeHidden(source)) sum->rays += static_cast<uint32_t>(std::popcount(look.lit));
   }
-  if (MayBeHidden(source)) {  // borders of shadows cross the rim
+  if (MayBeHidden(source) || panes_ != nullptr) {  // borders of shadows cross the rim
     const Look rim = LookAt(source, samples, own, samples.rim, 0);
     reached += rim.reached();
     hidden += rim.hidden();
-    sum->rays += static_cast<uint32_t>(std::popcount(rim.lit));
+    if (MayBeHidden(source)) sum->rays += static_cast<uint32_t>(std::popcount(rim.lit));
+    left.Add(rim);
   }
   // Mean share without obstacles over that of the samples: makes even intensities exact.
   const double exact = distant ? cosine : SolidAngle(polygon, light.position_m) / polygon.Area();
@@ -346,9 +342,15 @@ void LightField::AddLight(const Source& source, const NodeId& id, const ConvexPo
   sum->mean += scale * seen;
   const double unoccluded = scale * SumOf(whole);
   const double range = UnoccludedRange(source, samples.inside, samples.normal, least, most);
+  // A border of a pane crosses the element as that of a shadow does.
+  if (const double step = left.Range(); step > kPaneBorder) {
+    sum->range += step * std::max(most, unoccluded);
+    sum->border += step * kBorder * std::max(most, unoccluded);
+  }
   AddDoubt({unoccluded, SumOf(whole) > 0 ? SumOf(seen) / SumOf(whole) : 0.0, range,
             std::max(most, unoccluded), reached > 0, hidden > 0,
-            medium_ || light.kind == LightKind::kSpot || light.kind == LightKind::kPhotometric,
+            medium_ || panes_ != nullptr || light.kind == LightKind::kSpot ||
+                light.kind == LightKind::kPhotometric,
             MayBeHidden(source)},
            sum);
 }
@@ -410,22 +412,28 @@ void LightField::AddSky(const NodeId& id, const Samples& samples, GivenIrradianc
 Rgb LightField::FromSun(const Source& sun, const LitPoint& point, uint64_t* rays) const {
   Random random(Hash(point.seed, 0x50au));
   int seen = 0, looked = 0;
-  Rgb irradiance(0.0);
+  Rgb irradiance(0.0), through_panes(0.0);
   for (int wanted = 16; looked < wanted;) {
     RayPacket packet;
+    std::array<Rgb, RayScene::kPacket> of_ray;
     for (int i = 0; i < RayScene::kPacket; ++i) {
       const Arrival arrival =
           ArrivalAt(sun, point.position, point.normal, PointOfDisc((looked + i) % 16, random));
-      irradiance = arrival.irradiance();
+      of_ray[i] = irradiance = arrival.irradiance();
       if (!(SumOf(irradiance) > 0)) return Rgb(0.0);
       packet.Set(i, {point.position, arrival.from, point.polygon, RayHit::kNothing});
     }
-    if (!MayBeHidden(sun)) return irradiance;
-    seen += std::popcount(Reaches(sun, packet));
+    if (!MayBeHidden(sun) && panes_ == nullptr) return irradiance;
+    const uint32_t free = Reaches(sun, packet);
+    for (int i = 0; i < RayScene::kPacket && panes_ != nullptr; ++i) {
+      if ((free >> i & 1) != 0) through_panes += of_ray[i];
+    }
+    seen += std::popcount(free);
     looked += RayScene::kPacket;
     *rays += RayScene::kPacket;
     if (looked == 16 && seen > 0 && seen < looked) wanted = 64;
   }
+  if (panes_ != nullptr) return through_panes / static_cast<double>(looked);
   return static_cast<double>(seen) / looked * irradiance;
 }
 

@@ -35,11 +35,11 @@ class LightField {
  public:
   // Of the lights that the plan wants, and their images in mirrors. Keeps references; without
   // obstacles where the plan says so. The sky is not looked for where the scout has found a closed
-  // component. `medium`: null where there is none. `accuracy`: of the output, which says how
-  // closely to look at the sky.
+  // component. `medium`, `panes`: null where there are none. `accuracy`: of the output, which says
+  // how closely to look at the sky.
   LightField(const Hierarchy& hierarchy, const RayScene& rays, const Mirrors& mirrors,
-             const Scout& scout, const EffectsPlan& plan, const Medium* medium, double accuracy,
-             uint64_t seed);
+             const Scout& scout, const EffectsPlan& plan, const Medium* medium, const Panes* panes,
+             double accuracy, uint64_t seed);
 
   // No less than what all lights bring without obstacles, W.
   Rgb power_w() const { return power_w_; }
@@ -67,6 +67,7 @@ class LightField {
     Light original = {};
   };
   struct Arrival;
+  struct LeftRange;
   struct Samples;
   struct Look;
   // Of one light over an element, W/m² summed over the channels.
@@ -81,6 +82,7 @@ class LightField {
   Arrival ArrivalAt(const Source& source, const Vec3& point, const Vec3& normal,
                     const std::array<double, 2>& disc) const;
   void AddSource(const Light& light, const MirrorImage* image);
+  Rgb LeftByPanes(const Source& source, const Vec3& point, const Vec3& from) const;
   Rgb LeftFromOutside(const Source& source, const Vec3& point) const;
   Rgb Intensity(const Source& source, const Vec3& direction) const;
   // The bits of the rays to a source that arrive.
@@ -107,6 +109,7 @@ class LightField {
   uint64_t seed_;
   double far_m_;  // beyond all of the scene
   std::optional<MediumInBox> medium_;
+  const Panes* panes_;
   std::vector<Source> lights_, suns_;  // those without a disc, those with one
   std::optional<SkyField> sky_;
   std::vector<uint8_t> sees_sky_;  // of surfaces: whether light leaves their component

@@ -153,8 +153,12 @@ Status Product::IrradianceOf(std::span<const V> radiosity, const V& bound, std::
   const auto apply = [&](size_t first, size_t last, Int* sum) {
     if constexpr (std::is_same_v<V, Lanes>) {
       if (absorption_ == Absorption::kByChannel) {
-        return AddLinksByChannel(first, last, values<V>().of_slot.data(), sum);
+        AddLinksByChannel(first, last, values<V>().of_slot.data(), sum);
+      } else {
+        AddLinks<V>(first, last, values<V>().of_slot.data(), sum);
       }
+      if (glass_ == Glass::kByChannel) AddGlazed(first, last, values<V>().of_slot.data(), sum);
+      return;
     }
     AddLinks<V>(first, last, values<V>().of_slot.data(), sum);
   };
@@ -481,8 +485,9 @@ uint64_t Product::memory_bytes() const {
   const auto& lanes = std::get<Values<Lanes>>(values_).of_slot;
   uint64_t bytes = crown_.size() * sizeof(Link) + ends_.size() * sizeof(Slots::Ends) +
                    factors_.size() * sizeof(Factors) + transmissions_.size() * sizeof(Lanes) +
-                   inverse_area_.size() * sizeof(double) + steps_.size() * sizeof(Step) +
-                   singles.size() * sizeof(Single) + lanes.size() * sizeof(Lanes);
+                   glazed_.size() * sizeof(Glazed) + inverse_area_.size() * sizeof(double) +
+                   steps_.size() * sizeof(Step) + singles.size() * sizeof(Single) +
+                   lanes.size() * sizeof(Lanes);
   for (const auto& t : std::get<Totals<IntSingle>>(totals_).by_thread)
     bytes += t.size() * sizeof(IntSingle);
   for (const auto& t : std::get<Totals<IntLanes>>(totals_).by_thread)

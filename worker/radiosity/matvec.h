@@ -69,8 +69,10 @@ class Product {
   template <typename V>
   Status Behind(std::span<const V> leaf_values, std::span<V> behind);
 
-  // From now on with what the medium leaves of each link's light; null: without it again.
+  // From now on with what the medium leaves of each link's light; null: without it again. And
+  // with what the panes of `glazed` leave.
   void SetMedium(const Medium* medium);
+  void SetPanes(const RefineScene* glazed);
 
   // The same road with another kernel and integer results. kernel(link, ends, xp, xq, to_p, to_q)
   // gives what a link adds to its two ends, from the values at them: numbers below 2^51 in size,
@@ -131,6 +133,8 @@ class Product {
   const Link& LinkAt(size_t place) const;
   const std::vector<Factors>& factors();
   void MakeTransmissions(const Medium& medium);
+  void FindGlazed(const RefineScene& scene);
+  void AddGlazed(size_t first, size_t last, const Lanes* value, IntLanes* sum) const;
 
   template <typename V>
   void Pull(uint32_t node);
@@ -173,6 +177,15 @@ class Product {
   // Of a medium, beside ends_, by channel: made when one is first set.
   std::vector<Lanes> transmissions_;
   enum class Absorption { kNone, kGrey, kByChannel } absorption_ = Absorption::kNone;
+  // Links that panes stand between, in order; where some pane has a colour they are added beside
+  // the others, in whose list their factors are 0.
+  struct Glazed {
+    size_t link;
+    Lanes left;
+  };
+  std::vector<Glazed> glazed_;
+  bool looked_for_panes_ = false;
+  enum class Glass { kNone, kGrey, kByChannel } glass_ = Glass::kNone;
   std::vector<double> inverse_area_;  // 1/m², by slot
   std::vector<Step> steps_;           // of own nodes that are no leaves, parents before children
   std::vector<uint32_t> leaf_of_;     // by slot: number of the own leaf, or kNoNode

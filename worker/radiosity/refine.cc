@@ -9,6 +9,7 @@
 #include "worker/coupling/variation.h"
 #include "worker/radiosity/cluster_pair.h"
 #include "worker/radiosity/evaluate_through.h"
+#include "worker/radiosity/glazed_links.h"
 #include "worker/radiosity/transmission.h"
 
 namespace isolux {
@@ -182,6 +183,9 @@ class Evaluator {
     link.variation_p = static_cast<float>(variation.over_p);
     link.variation_q = static_cast<float>(variation.over_q);
     if (scene_.medium != nullptr) VaryByMedium(*scene_.medium, *p.polygon, *q.polygon, &link);
+    if (scene_.panes != nullptr) {
+      VaryByPanes(*scene_.panes, *p.polygon, *q.polygon, nullptr, &link);
+    }
     link.error_code = EncodeCouplingError(coupling.error_m2, coupling.coupling_m2);
     link.visible_share = 65535;
     // Whatever stands between, such a link is too uncertain: split it without looking.

@@ -14,6 +14,7 @@
 #include <functional>
 #include <vector>
 
+#include "common/hierarchy/panes.h"
 #include "common/scene/medium.h"
 #include "common/util/parallel.h"
 #include "common/util/status.h"
@@ -67,6 +68,7 @@ struct RefineScene {
   bool occlusion = true;               // whether anything may stand between
   const LinkProver* prover = nullptr;  // null: rays alone
   const Medium* medium = nullptr;      // null: none
+  const Panes* panes = nullptr;        // likewise
 };
 
 // The links of one worker: those of its own blocks, and the crown's, which every worker keeps.

@@ -96,10 +96,10 @@ class SkyField::Hemisphere {
   }
 
   uint32_t rays() const { return seen_.rays; }
-  static bool IsOpen(uint8_t state) { return state == kOpen || state == kMirrored; }
+  static bool IsOpen(uint8_t state) { return state >= kOpen; }
 
  private:
-  static constexpr uint8_t kUnknown = 0, kHidden = 1, kOpen = 2, kMirrored = 3;
+  static constexpr uint8_t kUnknown = 0, kHidden = 1, kOpen = 2, kMirrored = 3, kGlazed = 4;
 
   int Cells(int level) const { return cells_ << level; }
 
@@ -140,6 +140,12 @@ class SkyField::Hemisphere {
         if (field_.medium_ != nullptr) {
           radiance[at] *= field_.medium_->FromOutside(point_.position, directions[i]);
         }
+        if (field_.panes_ != nullptr) {
+          const Vec3 start(packet.from[0][i], packet.from[1][i], packet.from[2][i]);
+          const Rgb left = field_.panes_->Along(start, start + field_.far_m_ * directions[i]);
+          if (left != Rgb(1.0)) State(level, cells[at]) = kGlazed;
+          radiance[at] *= left;
+        }
         brightest_ = std::max(brightest_, SumOf(radiance[at]));
       }
     }
@@ -151,13 +157,17 @@ class SkyField::Hemisphere {
     const Vec3 from(packet.from[0][i], packet.from[1][i], packet.from[2][i]);
     const Escape ray{from, direction, packet.from_polygon[i]};
     const RayEnd end = EndOf(field_.rays_, field_.mirrors_, ray, field_.rays_.Trace({ray}, 1)[0],
-                             field_.hierarchy_);
+                             field_.hierarchy_, field_.panes_);
     seen_.rays += static_cast<uint32_t>(1 + end.reflections);
     if (end.reflections == 0 || end.hit.polygon != RayHit::kNothing) return false;
     *radiance = end.share * field_.sky_.RadianceFrom(end.direction);
     if (field_.medium_ != nullptr) {
       *radiance *= field_.medium_->medium.Along(end.way_m) *
                    field_.medium_->FromOutside(end.from, end.direction);
+    }
+    if (field_.panes_ != nullptr) {
+      *radiance *=
+          end.left * field_.panes_->Along(end.from, end.from + field_.far_m_ * end.direction);
     }
     brightest_ = std::max(brightest_, SumOf(*radiance));
     return true;
@@ -199,14 +209,15 @@ class SkyField::Hemisphere {
 };
 
 SkyField::SkyField(const Hierarchy& hierarchy, const RayScene& rays, const Mirrors& mirrors,
-                   double far_m, bool shadows, const MediumInBox* medium)
+                   double far_m, bool shadows, const MediumInBox* medium, const Panes* panes)
     : hierarchy_(hierarchy),
       sky_(hierarchy.scene().sky),
       rays_(rays),
       mirrors_(mirrors),
       far_m_(far_m),
       shadows_(shadows),
-      medium_(medium) {}
+      medium_(medium),
+      panes_(panes) {}
 
 SkyOpenings SkyField::OpeningsOf(const ConvexPolygon& inside, const LitPoint& any,
                                  int cells) const {

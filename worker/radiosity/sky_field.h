@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/hierarchy/mirrors.h"
+#include "common/hierarchy/panes.h"
 #include "common/scene/scene.h"
 #include "worker/radiosity/medium_in_box.h"
 #include "worker/radiosity/ray_scene.h"
@@ -36,9 +37,9 @@ class SkyField {
   };
 
   // Keeps references; without obstacles, and so without mirrors, where `shadows` is false.
-  // medium: null where there is none.
+  // medium, panes: null where there are none.
   SkyField(const Hierarchy& hierarchy, const RayScene& rays, const Mirrors& mirrors, double far_m,
-           bool shadows, const MediumInBox* medium);
+           bool shadows, const MediumInBox* medium, const Panes* panes);
 
   // Of an element drawn in from its sides (polygon_sampler.h): by a ray through each of `cells`
   // times `cells`, which are joined where many see the sky.
@@ -58,6 +59,7 @@ class SkyField {
   double far_m_;
   bool shadows_;
   const MediumInBox* medium_;
+  const Panes* panes_;
 };
 
 }  // namespace isolux

@@ -122,44 +122,42 @@ void MoveToImage(const Isometry& image, EndPoints& points) {
 
 }  // namespace
 
-SampledVisibility SampleThrough(const Tree& tree, const NodeSampler& sampler, const RayScene& rays,
-                                uint32_t image, uint32_t p, uint32_t q, bool look, uint64_t seed) {
+SampledRays RaysBetween(const Tree& tree, const NodeSampler& sampler, const RayScene& rays,
+                        uint32_t image, uint32_t p, uint32_t q, uint64_t seed) {
   const NodeId& a = tree.node(p).id;
   const NodeId& b = tree.node(q).id;
-  Random random(Hash(Hash(seed, image), Hash(a.surface, a.path), Hash(b.surface, b.path)));
+  const bool straight = image == kStraight;
+  Random random(
+      Hash(straight ? seed : Hash(seed, image), Hash(a.surface, a.path), Hash(b.surface, b.path)));
   std::array<FloatLanes, 6> u;
   for (int d = 0; d < 6; ++d) u[d] = Stratified(d, random);
   const double noise_m = rays.coordinate_noise_m();
   const EndPoints x = PointsOf(tree, sampler, p, noise_m, u[0], u[1], u[4]);
   EndPoints y = PointsOf(tree, sampler, q, noise_m, u[2], u[3], u[5]);
-  const MirrorImage& through = tree.mirrors()->images()[image];
-  MoveToImage(through.image, y);
+  if (!straight) MoveToImage(tree.mirrors()->images()[image].image, y);
+  // The kernel's peak where the ends touch would leave one ray to decide.
   const auto most = static_cast<float>(1.0 / std::min(tree.area_m2(p), tree.area_m2(q)));
-  const FloatLanes weight = Minimum(Kernel(x, y), SplatFloat(most));
-  const RayPacket packet{x.position, y.position, x.polygon, y.polygon,
-                         static_cast<uint32_t>(Bits(weight > 0.0F))};
-  return ShareOf(weight, packet.valid,
-                 VisibleThrough(rays, *tree.mirrors(), through, packet, look));
+  SampledRays sampled;
+  sampled.weight = Minimum(Kernel(x, y), SplatFloat(most));
+  sampled.packet = {x.position, y.position, x.polygon, y.polygon, 0};
+  for (int i = 0; i < 8; ++i) {
+    if (straight && x.polygon[i] == y.polygon[i]) sampled.weight[i] = 0;
+    if (sampled.weight[i] > 0) sampled.packet.valid |= 1U << i;
+  }
+  return sampled;
+}
+
+SampledVisibility SampleThrough(const Tree& tree, const NodeSampler& sampler, const RayScene& rays,
+                                uint32_t image, uint32_t p, uint32_t q, bool look, uint64_t seed) {
+  const auto [packet, weight] = RaysBetween(tree, sampler, rays, image, p, q, seed);
+  return ShareOf(
+      weight, packet.valid,
+      VisibleThrough(rays, *tree.mirrors(), tree.mirrors()->images()[image], packet, look));
 }
 
 SampledVisibility SampleVisibility(const Tree& tree, const NodeSampler& sampler,
                                    const RayScene& rays, uint32_t p, uint32_t q, uint64_t seed) {
-  const NodeId& a = tree.node(p).id;
-  const NodeId& b = tree.node(q).id;
-  Random random(Hash(seed, Hash(a.surface, a.path), Hash(b.surface, b.path)));
-  std::array<FloatLanes, 6> u;
-  for (int d = 0; d < 6; ++d) u[d] = Stratified(d, random);
-  const double noise_m = rays.coordinate_noise_m();
-  const EndPoints x = PointsOf(tree, sampler, p, noise_m, u[0], u[1], u[4]);
-  const EndPoints y = PointsOf(tree, sampler, q, noise_m, u[2], u[3], u[5]);
-  // The kernel's peak where the ends touch would leave one ray to decide.
-  const auto most = static_cast<float>(1.0 / std::min(tree.area_m2(p), tree.area_m2(q)));
-  FloatLanes weight = Minimum(Kernel(x, y), SplatFloat(most));
-  RayPacket packet{x.position, y.position, x.polygon, y.polygon, 0};
-  for (int i = 0; i < 8; ++i) {
-    if (x.polygon[i] == y.polygon[i]) weight[i] = 0;
-    if (weight[i] > 0) packet.valid |= 1U << i;
-  }
+  const auto [packet, weight] = RaysBetween(tree, sampler, rays, kStraight, p, q, seed);
   if (packet.valid == 0) return {};
   return ShareOf(weight, packet.valid, rays.Visible(packet));
 }

@@ -28,6 +28,16 @@ class NodeSampler {
   std::vector<double> area_before_;  // of surfaces, in the hierarchy's order; one more at the end
 };
 
+// The rays of one packet, with what each carries; those that face away do not count.
+struct SampledRays {
+  RayPacket packet;
+  FloatLanes weight{};
+};
+// Between p and q, or p and an image of q, whose points the goals then are.
+inline constexpr uint32_t kStraight = 0xffffffffu;
+SampledRays RaysBetween(const Tree& tree, const NodeSampler& sampler, const RayScene& rays,
+                        uint32_t image, uint32_t p, uint32_t q, uint64_t seed);
+
 SampledVisibility SampleVisibility(const Tree& tree, const NodeSampler& sampler,
                                    const RayScene& rays, uint32_t p, uint32_t q, uint64_t seed);
 

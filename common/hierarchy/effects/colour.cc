@@ -69,16 +69,19 @@ bool LampsAreAlike(const Hierarchy& hierarchy) {
 
 // With ρ' = ρ + δ in place of ρ, H' − H = (I − Fρ')⁻¹ F (ρ' − ρ) H, and F hands on no more power
 // than it takes: Σ A|H' − H| ≤ δ/(1 − ρ'max) Σ A H, channel by channel. Lamps of several colours
-// and media that absorb in colour have no such bound.
+// and media or panes that absorb in colour have no such bound.
 Effect DetectColour(const Hierarchy& hierarchy) {
   const Tint tint = FindTint(hierarchy);
-  const bool tinted = !hierarchy.scene().medium.is_grey();
+  const bool in_medium = !hierarchy.scene().medium.is_grey();
+  const bool in_glass = !hierarchy.scene().glazing.is_grey();
+  const bool tinted = in_medium || in_glass;
   const bool alike = LampsAreAlike(hierarchy) && !tinted;
   Effect effect{.name = "colour", .present = tint.largest > 1e-9 || !alike};
   effect.evidence = fmt::format(
       "{:.4g} of {:.4g} m² reflect in colour, up to {:.3g} off grey; lamps of {}", tint.area_m2,
       tint.total_m2, tint.largest, LampsAreAlike(hierarchy) ? "one colour" : "several");
-  if (tinted) effect.evidence += "; a medium in colour";
+  if (in_medium) effect.evidence += "; a medium in colour";
+  if (in_glass) effect.evidence += "; glass in colour";
   if (alike) effect.bound = tint.largest > 1e-9 ? tint.largest / (1 - tint.mean) : 0.0;
   return effect;
 }

@@ -29,6 +29,9 @@ bool ShinesFromOutside(const Hierarchy& hierarchy, const Light& light);
 // medium.cc
 Effect DetectMedium(const Hierarchy& hierarchy);
 
+// glass.cc
+Effect DetectClearGlass(const Hierarchy& hierarchy);
+
 // mirrors.cc
 // accuracy: of the irradiance, which says how many images it takes.
 Effect DetectMirrors(const Hierarchy& hierarchy, double accuracy);
@@ -46,7 +49,7 @@ Effect DetectEmissionMaps(const Scene& scene);
 Effect DetectOpacityMaps(const Scene& scene);
 Effect DetectReplacedMirrors(const Scene& scene);
 Effect DetectGloss(const Scene& scene);
-Effect DetectClearGlass(const Scene& scene);
+Effect DetectReplacedGlass(const Scene& scene);
 
 // The light of all lamps as one colour times one number, for a plan of one channel.
 void SetLightColour(const Hierarchy& hierarchy, EffectsPlan* plan);

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "common/hierarchy/effects/scene_rays.h"
+#include "common/hierarchy/panes.h"
 
 namespace isolux {
 namespace {
@@ -24,13 +26,21 @@ double LandingPower(const Hierarchy& hierarchy) {
   if (!(power_w > 0)) return 0;
   const SceneRays rays(hierarchy);
   Random random(kSeed);
-  int landed = 0;
+  double landed = 0;  // rays, each by what panes of glass leave of it
+  std::optional<Panes> panes;
+  const Glazing& glazing = hierarchy.scene().glazing;
+  if (glazing.exists()) panes.emplace(glazing, hierarchy.extent_m(), false);
   for (int i = 0; i < kRays; ++i) {
     const double at = (i + random.Unit()) / kRays * power_w;
     const auto lamp = std::min<size_t>(
         static_cast<size_t>(std::upper_bound(until.begin(), until.end(), at) - until.begin()),
         until.size() - 1);
-    landed += rays.Meet(RayFrom(hierarchy, static_cast<uint32_t>(lamp), random)).lands ? 1 : 0;
+    const SceneRay ray = RayFrom(hierarchy, static_cast<uint32_t>(lamp), random);
+    const SceneRays::Met met = rays.Meet(ray);
+    if (!met.lands) continue;
+    const Rgb left =
+        panes ? panes->Along(ray.from, ray.from + met.distance * ray.direction) : Rgb(1.0);
+    landed += std::min({left.x, left.y, left.z});
   }
   const double share = (landed + 0.5) / (kRays + 1);
   // A medium takes no more than over the longest way.

@@ -14,11 +14,11 @@ constexpr double kShareOfOne = 1.0 / 5, kShareOfAll = 1.0 / 2;
 std::vector<Effect> DetectAll(const Hierarchy& hierarchy, double accuracy) {
   const Scene& scene = hierarchy.scene();
   return {
-      DetectColour(hierarchy),   DetectOcclusion(hierarchy), DetectInterreflection(hierarchy),
-      DetectClosure(hierarchy),  DetectTwoSided(hierarchy),  DetectTextures(scene),
-      DetectEmissionMaps(scene), DetectOpacityMaps(scene),   DetectMirrors(hierarchy, accuracy),
-      DetectGloss(scene),        DetectClearGlass(scene),    DetectLights(hierarchy),
-      DetectSun(hierarchy),      DetectSky(hierarchy),       DetectMedium(hierarchy),
+      DetectColour(hierarchy),   DetectOcclusion(hierarchy),  DetectInterreflection(hierarchy),
+      DetectClosure(hierarchy),  DetectTwoSided(hierarchy),   DetectTextures(scene),
+      DetectEmissionMaps(scene), DetectOpacityMaps(scene),    DetectMirrors(hierarchy, accuracy),
+      DetectGloss(scene),        DetectClearGlass(hierarchy), DetectLights(hierarchy),
+      DetectSun(hierarchy),      DetectSky(hierarchy),        DetectMedium(hierarchy),
       DetectSheets(hierarchy),
   };
 }
@@ -80,7 +80,7 @@ Effect& Find(std::vector<Effect>& effects, std::string_view name) {
 void TakeBackBounds(std::vector<Effect>* effects) {
   const Effect& mirrors = Find(*effects, "mirrors");
   if (!mirrors.present || mirrors.support != Support::kSwitchable) return;
-  for (const char* name : {"colour", "interreflection", "medium", "sheets"}) {
+  for (const char* name : {"colour", "interreflection", "medium", "clear-glass", "sheets"}) {
     Effect& effect = Find(*effects, name);
     if (effect.bound.value_or(0) > 0) effect.bound.reset();
   }
@@ -125,6 +125,7 @@ EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const Effe
   table.plan.medium = Find(table.effects, "medium").on;
   table.plan.mirrors = Find(table.effects, "mirrors").on;
   table.plan.sheets = Find(table.effects, "sheets").on;
+  table.plan.glass = Find(table.effects, "clear-glass").on;
   return table;
 }
 

@@ -78,7 +78,7 @@ Effect DetectGloss(const Scene& scene) {
   return Replaced(scene, "gloss", {"glossy materials"}, "material", "taken as diffuse, with Kd");
 }
 
-Effect DetectClearGlass(const Scene& scene) {
+Effect DetectReplacedGlass(const Scene& scene) {
   return Replaced(scene, "clear-glass", {"glass materials"}, "material",
                   "taken as opaque and diffuse, with Kd");
 }

@@ -215,7 +215,7 @@ TEST_F(GltfMaterials, SheetsReflectWhatDoesNotPass) {
 
 TEST_F(GltfMaterials, GlassAndUnlitAreReported) {
   Json material{
-      {"pbrMetallicRoughness", {{"baseColorFactor", {0.8, 0.8, 0.8, 0.5}}, {"metallicFactor", 0}}}};
+      {"pbrMetallicRoughness", {{"baseColorFactor", {0.8, 0.8, 0.8, 0.9}}, {"metallicFactor", 0}}}};
   EXPECT_EQ(CountOf(Read(material), Repair::kGlass), 0U);
   material["alphaMode"] = "BLEND";
   EXPECT_EQ(CountOf(Read(material), Repair::kGlass), 1U);

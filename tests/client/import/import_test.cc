@@ -262,7 +262,8 @@ TEST_F(Import, MapsMultiplyTheReflectance) {
 TEST_F(Import, CountsEffectsThatAreNotSimulated) {
   materials_ +=
       "newmtl chrome\nKd 0.1 0.1 0.1\nKs 0.8 0.8 0.8\nillum 3\n"
-      "newmtl glass\nKd 0 0 0\nd 0\nillum 9\nnewmtl gloss\nKd 0.3 0.3 0.3\nKs 0.1 0.1 0.1\nillum "
+      "newmtl glass\nKd 0.9 0.9 0.9\nd 0.9\nillum 9\nnewmtl gloss\nKd 0.3 0.3 0.3\nKs 0.1 0.1 "
+      "0.1\nillum "
       "2\n"
       "newmtl lacks_ks\nKd 0.3 0.3 0.3\nillum 3\nnewmtl unused\nillum 3\n";
   const Scene scene =

@@ -105,6 +105,14 @@ TEST(OwnScenes, DownlightsShareTheirTable) {
   EXPECT_GT(table.intensity[7], 1.5 * table.intensity[4]);
 }
 
+TEST(OwnScenes, WindowsAreOfGlass) {
+  const Scene scene = ImportOwn("effects/glass/glass.obj", "m");
+  ASSERT_EQ(scene.glazing.panes.size(), 5U);
+  EXPECT_EQ(scene.glazing.glasses.size(), 5U);
+  EXPECT_FALSE(scene.glazing.is_grey());
+  EXPECT_TRUE(scene.lights[0].is_sun());
+}
+
 struct Expected {
   const char* name;
   uint32_t file_polygons;

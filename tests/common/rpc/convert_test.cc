@@ -49,7 +49,8 @@ RoundSummary Numbered(double base) {
   for (uint32_t* value : {&round.iterations, &round.worst_polygon, &round.worst_surface}) {
     *value = static_cast<uint32_t>(++next);
   }
-  for (auto* power : {&round.emitted_w, &round.absorbed_w, &round.escaped_w, &round.medium_w}) {
+  for (auto* power :
+       {&round.emitted_w, &round.absorbed_w, &round.escaped_w, &round.medium_w, &round.glass_w}) {
     for (double& channel : *power) channel = ++next;
   }
   round.worker_cpu_s = {++next, ++next};
@@ -66,6 +67,7 @@ TEST(ConvertTest, ARoundComesBackWhole) {
   EXPECT_EQ(back->memory_bytes, Numbered(0.5).memory_bytes);
   EXPECT_EQ(back->escaped_w, Numbered(0.5).escaped_w);
   EXPECT_EQ(back->medium_w, Numbered(0.5).medium_w);
+  EXPECT_EQ(back->glass_w, Numbered(0.5).glass_w);
   EXPECT_EQ(back->worker_cpu_s, Numbered(0.5).worker_cpu_s);
 }
 
