@@ -117,6 +117,12 @@ void SourceFinder::ListEnds(const Placement& placement, const LinkSet& links) {
     if (placement.HomeOfLink(link.p, link.q) == placement.self()) mine.push_back(&link);
   }
   std::erase_if(mine, [](const Link* link) { return link->unoccluded_m2 <= 0; });
+  for (const Link* link : mine) {
+    if (between_.panes == nullptr) break;
+    if (tree_.is_cluster(link->p) || tree_.is_cluster(link->q)) {
+      left_of_clusters_.emplace(link, LeftByPanes(between_, tree_, *link));
+    }
+  }
   first_.assign(tree_.size() + 1, 0);
   for (const Link* link : mine) {
     ++first_[link->p + 1];
@@ -196,7 +202,9 @@ Lanes SourceFinder::LeftAtCentre(const Filling& filling, uint32_t other,
 }
 
 Lanes SourceFinder::LeftByPanesOf(const Link& link) const {
-  const Rgb left = LeftByPanes(between_, tree_, link);
+  const auto known = left_of_clusters_.find(&link);
+  const Rgb left =
+      known != left_of_clusters_.end() ? known->second : LeftByPanes(between_, tree_, link);
   return Lanes{left.x, left.y, left.z, 1};
 }
 

@@ -2,6 +2,7 @@
 // blocks of sources. For gather.cc.
 #pragma once
 
+#include <unordered_map>
 #include <vector>
 
 #include "common/hierarchy/snapshot.h"
@@ -96,6 +97,8 @@ class SourceFinder {
   std::vector<float> irradiance_;  // by node, elements only: area mean, sum of channels, W/m²
   std::vector<uint64_t> first_;    // of the ends of each node: ends_[first_[n] .. first_[n+1])
   std::vector<End> ends_;
+  // What panes leave of links of clusters, which all surfaces below share.
+  std::unordered_map<const Link*, Rgb> left_of_clusters_;
   double largest_ = 0;
   double least_irradiance_ = 0;  // W/m², over the channels, below which a leaf counts as dark
 };
