@@ -27,9 +27,9 @@ constexpr double kCalibration = 0.55;
 constexpr double kSquareScale = 0x1p26, kLargestAmplitude = 4096;
 constexpr double kAmplitudeScale = 0x1p30;  // of sums of amplitudes
 
-// Variance of a form factor over an element, over its squared range: 1/12 where all values are
-// alike, 1/4 where there are but two.
-constexpr double kVarianceOfRange = 0.125;
+// Variance of a form factor F over an element, over the most that it can be, mean F · (range − mean
+// F): 1 where there are but two values, 1/3 where all are alike.
+constexpr double kShareOfVariance = 0.5;
 
 // Of the sum of two squares.
 double Root(double a, double b) { return std::sqrt(a * a + b * b); }
@@ -57,9 +57,10 @@ double Square(double amplitude) {
 // that such errors add up: they rule where lamps hang close below a ceiling.
 double UnevenReturn(const Tree& tree, const Link& link, uint32_t node, double variation) {
   if (tree.is_cluster(link.p) || tree.is_cluster(link.q)) return 0;
+  const double mean = link.unoccluded_m2 / tree.area_m2(node);
   const Rgb& reflectance = tree.surface_of(node).reflectance;
-  return (reflectance.x + reflectance.y + reflectance.z) / 3 * tree.area_m2(node) *
-         kVarianceOfRange * variation * variation * link.visibility();
+  return (reflectance.x + reflectance.y + reflectance.z) / 3 * kShareOfVariance *
+         link.coupling_m2() * std::max(0.0, variation - mean);
 }
 
 // Σ A |mean of H − H before| over the old leaves that own leaves lie on.
