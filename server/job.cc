@@ -187,9 +187,8 @@ Result<PatchFile> JobRunner::Impl::RunEpoch() {
   const OutputMeshOptions output = OutputOptions();
   Tell(JobProgress::Stage::kGathering);
   GatherWaves waves(*crew, output.accuracy, limits.gather_batch);
-  if (effects.plan.interreflection || !output.sheets.empty()) {
-    RETURN_IF_ERROR(
-        GatherSources(*crew, hierarchy, output.sheets, snapshot, output.accuracy, waves));
+  if (effects.plan.interreflection || !output.sheets.empty() || !output.fluorescence.empty()) {
+    RETURN_IF_ERROR(GatherSources(*crew, hierarchy, snapshot, output, waves));
   }
   ASSIGN_OR_RETURN(OutputMesh mesh,
                    BuildOutputMesh(hierarchy, snapshot, output,
@@ -452,6 +451,7 @@ ScheduleDecision JobRunner::Impl::Decide() const {
 OutputMeshOptions JobRunner::Impl::OutputOptions() const {
   OutputMeshOptions output = limits.output;
   output.sheets = TranslucentSheets(hierarchy, effects.plan);
+  output.fluorescence = Fluorescence(hierarchy, effects.plan);
   // No finer than what a budget has left of the accuracy asked for.
   const double reached = summary.rounds.back().error_estimate;
   const double asked = input.options.accuracy;

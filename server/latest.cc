@@ -45,6 +45,7 @@ Result<PatchFile> BuildLatest(const Scene& scene, const Snapshot& newest, const 
                   ParseEffectsChoice(job.options.effects).value_or(EffectsChoice{}));
   OutputMeshOptions options;
   options.sheets = TranslucentSheets(hierarchy, effects.plan);
+  options.fluorescence = Fluorescence(hierarchy, effects.plan);
   options.waves = 1;
   options.further_waves = 0;
   const auto constants = [&](const std::vector<NodeId>& elements,

@@ -37,16 +37,23 @@ void AddPassedOn(const Rgb& transmittance, const Channels& behind, Channels* rad
   }
 }
 
+void AddReradiated(const Reradiation& reradiation, const Channels& irradiance,
+                   Channels* radiosity) {
+  const Rgb out = reradiation.Of({irradiance[0], irradiance[1], irradiance[2]});
+  for (int c = 0; c < 3; ++c) (*radiosity)[c] += static_cast<float>(out[c]);
+}
+
 // Elements → vertices and faces.
 class Assembly {
  public:
-  Assembly(const Hierarchy& hierarchy, const Snapshot& snapshot, const TranslucentSheets& sheets,
+  Assembly(const Hierarchy& hierarchy, const Snapshot& snapshot, const OutputMeshOptions& options,
            std::vector<Element> elements)
       : hierarchy_(hierarchy),
-        sheets_(sheets),
+        sheets_(options.sheets),
+        fluorescence_(options.fluorescence),
         leaves_(snapshot.leaves),
         elements_(std::move(elements)),
-        behind_(ElementsBehind(sheets, elements_)),
+        behind_(ElementsBehind(options.sheets, elements_)),
         welder_(kWeldTolerance * hierarchy.extent_m(), hierarchy.clusters()[0].bounds.low,
                 elements_.size() + elements_.size() / 2 + 16) {}
 
@@ -96,6 +103,7 @@ class Assembly {
         vertex.irradiance[c] = static_cast<float>(sums_[v].irradiance[c] / sums_[v].count);
       }
       vertex.radiosity = Radiosity(OpticsOf(sums_[v]), vertex.irradiance);
+      AddReradiated(fluorescence_.Of(sums_[v].surface), vertex.irradiance, &vertex.radiosity);
       if (sheets_.empty()) continue;
       Channels behind{};
       for (int c = 0; c < 3; ++c) {
@@ -114,6 +122,7 @@ class Assembly {
       face.vertices = VertexList(e, t_vertices, &t);
       if (face.vertices.size() < 3) continue;  // thinner than the tolerance
       FillFace(elements_[e], irradiance[e], &face);
+      AddReradiated(fluorescence_.Of(face.surface), face.irradiance, &face.radiosity);
       if (Behind(e) != nullptr) {
         AddPassedOn(sheets_.TransmittanceOf(face.surface), irradiance[behind_[e]], &face.radiosity);
       }
@@ -244,6 +253,7 @@ class Assembly {
 
   const Hierarchy& hierarchy_;
   const TranslucentSheets& sheets_;
+  const Fluorescence& fluorescence_;
   const std::vector<LeafRecord>& leaves_;
   std::vector<Element> elements_;
   std::vector<uint32_t> behind_;  // of each element, the same piece of the other side of a sheet
@@ -261,7 +271,7 @@ Result<OutputMesh> BuildOutputMesh(const Hierarchy& hierarchy, const Snapshot& s
   ASSIGN_OR_RETURN(OutputElements output, RefineOutput(hierarchy, snapshot, all, options, gather));
   DivideByMaps(hierarchy, options.max_elements, &output.elements);
   DivideSheetsAlike(hierarchy, options.sheets, &output.elements);
-  return OutputMesh{Assembly(hierarchy, snapshot, options.sheets, std::move(output.elements)).Run(),
+  return OutputMesh{Assembly(hierarchy, snapshot, options, std::move(output.elements)).Run(),
                     output.interpolation_error};
 }
 

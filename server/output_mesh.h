@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "common/hierarchy/fluorescence.h"
 #include "common/hierarchy/hierarchy.h"
 #include "common/hierarchy/snapshot.h"
 #include "common/hierarchy/translucent_sheets.h"
@@ -18,7 +19,8 @@ struct OutputMeshOptions {
       4;  // that divide whatever bends; the first is the leaves themselves, and 1 all there is
   int further_waves = 8;  // at most, where interpolation would take too much of the accuracy
   uint64_t max_elements = 4'000'000;
-  TranslucentSheets sheets;  // that are simulated
+  TranslucentSheets sheets;   // that are simulated
+  Fluorescence fluorescence;  // likewise
 };
 
 // Irradiance (W/m²) at corners of elements: 4 corners × 3 channels each, in the elements' order, of

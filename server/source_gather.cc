@@ -15,22 +15,23 @@ constexpr double kUngathered = 0.1;
 // The most by which gathered sources are scaled.
 constexpr double kMostScale = 1.25;
 
-// Of a leaf: its area times the share of its light that goes on, on either side.
-Rgb ReflectingArea(const Hierarchy& hierarchy, const TranslucentSheets& sheets,
+// Of a leaf: its area times the share of its light that goes on, on either side and in any channel.
+Rgb ReflectingArea(const Hierarchy& hierarchy, const OutputMeshOptions& output,
                    const NodeId& leaf) {
   return std::ldexp(hierarchy.surface_area_m2(leaf.surface), -leaf.level()) *
-         (hierarchy.surfaces()[leaf.surface].reflectance + sheets.TransmittanceOf(leaf.surface));
+         (hierarchy.surfaces()[leaf.surface].reflectance +
+          output.sheets.TransmittanceOf(leaf.surface) +
+          output.fluorescence.Of(leaf.surface).Taken());
 }
 
 }  // namespace
 
-std::vector<uint32_t> LeavesThatReflectMost(const Hierarchy& hierarchy,
-                                            const TranslucentSheets& sheets,
-                                            const Snapshot& snapshot, double accuracy) {
+std::vector<uint32_t> LeavesThatReflectMost(const Hierarchy& hierarchy, const Snapshot& snapshot,
+                                            const OutputMeshOptions& output) {
   std::vector<double> reflected_w;
   ExactSum total_w;
   for (const LeafRecord& leaf : snapshot.leaves) {
-    const Rgb reflecting_m2 = ReflectingArea(hierarchy, sheets, leaf.id);
+    const Rgb reflecting_m2 = ReflectingArea(hierarchy, output, leaf.id);
     reflected_w.push_back(reflecting_m2.x * leaf.irradiance[0] +
                           reflecting_m2.y * leaf.irradiance[1] +
                           reflecting_m2.z * leaf.irradiance[2]);
@@ -41,7 +42,7 @@ std::vector<uint32_t> LeavesThatReflectMost(const Hierarchy& hierarchy,
   std::stable_sort(order.begin(), order.end(),
                    [&](uint32_t a, uint32_t b) { return reflected_w[a] > reflected_w[b]; });
   double rest_w = total_w.Value();
-  const double least_w = kUngathered * accuracy * rest_w;
+  const double least_w = kUngathered * output.accuracy * rest_w;
   size_t count = 0;
   while (count < order.size() && rest_w > least_w) rest_w -= reflected_w[order[count++]];
   order.resize(count);
@@ -49,13 +50,13 @@ std::vector<uint32_t> LeavesThatReflectMost(const Hierarchy& hierarchy,
   return order;
 }
 
-void KeepReflectedPower(const Hierarchy& hierarchy, const TranslucentSheets& sheets,
+void KeepReflectedPower(const Hierarchy& hierarchy, const OutputMeshOptions& output,
                         const Snapshot& solution, std::span<const uint32_t> leaves,
                         Snapshot* gathered) {
   std::array<ExactSum, 3> before, after;
   for (const uint32_t i : leaves) {
     const NodeId& id = solution.leaves[i].id;
-    const Rgb reflecting_m2 = ReflectingArea(hierarchy, sheets, id);
+    const Rgb reflecting_m2 = ReflectingArea(hierarchy, output, id);
     for (int c = 0; c < 3; ++c) {
       before[c].Add(reflecting_m2[c] * solution.leaves[i].irradiance[c]);
       after[c].Add(reflecting_m2[c] * gathered->leaves[i].irradiance[c]);
@@ -69,9 +70,9 @@ void KeepReflectedPower(const Hierarchy& hierarchy, const TranslucentSheets& she
   }
 }
 
-Status GatherSources(Crew& crew, const Hierarchy& hierarchy, const TranslucentSheets& sheets,
-                     const Snapshot& snapshot, double accuracy, GatherWaves& waves) {
-  const std::vector<uint32_t> most = LeavesThatReflectMost(hierarchy, sheets, snapshot, accuracy);
+Status GatherSources(Crew& crew, const Hierarchy& hierarchy, const Snapshot& snapshot,
+                     const OutputMeshOptions& output, GatherWaves& waves) {
+  const std::vector<uint32_t> most = LeavesThatReflectMost(hierarchy, snapshot, output);
   std::vector<NodeId> ids;
   for (const uint32_t leaf : most) ids.push_back(snapshot.leaves[leaf].id);
   ASSIGN_OR_RETURN(const std::vector<double> gathered,
@@ -81,7 +82,7 @@ Status GatherSources(Crew& crew, const Hierarchy& hierarchy, const TranslucentSh
     std::copy_n(gathered.begin() + static_cast<std::ptrdiff_t>(12 * i), 3,
                 sources.leaves[most[i]].irradiance.begin());
   }
-  KeepReflectedPower(hierarchy, sheets, snapshot, most, &sources);
+  KeepReflectedPower(hierarchy, output, snapshot, most, &sources);
   return crew.SendAll(MessageKind::kInstallSnapshot, SnapshotData{Encode(sources)});
 }
 

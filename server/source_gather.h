@@ -8,29 +8,28 @@
 
 #include "common/hierarchy/hierarchy.h"
 #include "common/hierarchy/snapshot.h"
-#include "common/hierarchy/translucent_sheets.h"
 #include "server/crew.h"
 #include "server/gather_waves.h"
+#include "server/output_mesh.h"
 
 namespace isolux {
 
 // Places in the snapshot, in order, of the leaves that reflect most: all but a tenth of the
-// accuracy of what all reflect. The rest may be most of all leaves. What sheets pass on counts as
-// reflected.
-std::vector<uint32_t> LeavesThatReflectMost(const Hierarchy& hierarchy,
-                                            const TranslucentSheets& sheets,
-                                            const Snapshot& snapshot, double accuracy);
+// accuracy of what all reflect. The rest may be most of all leaves. What sheets pass on and what is
+// reradiated counts as reflected.
+std::vector<uint32_t> LeavesThatReflectMost(const Hierarchy& hierarchy, const Snapshot& snapshot,
+                                            const OutputMeshOptions& output);
 
 // Scales, channel by channel, what was gathered so that all leaves reflect as much as they do in
 // the solution: that keeps all power, while points at the middles lose some (docs/design.md). By no
 // more than a quarter. `gathered`: the snapshot with other irradiance at some leaves.
-void KeepReflectedPower(const Hierarchy& hierarchy, const TranslucentSheets& sheets,
+void KeepReflectedPower(const Hierarchy& hierarchy, const OutputMeshOptions& output,
                         const Snapshot& solution, std::span<const uint32_t> leaves,
                         Snapshot* gathered);
 
 // Puts what is gathered at the middles of these leaves in the place of what the solution has for
 // them, at the workers, for the output alone.
-Status GatherSources(Crew& crew, const Hierarchy& hierarchy, const TranslucentSheets& sheets,
-                     const Snapshot& snapshot, double accuracy, GatherWaves& waves);
+Status GatherSources(Crew& crew, const Hierarchy& hierarchy, const Snapshot& snapshot,
+                     const OutputMeshOptions& output, GatherWaves& waves);
 
 }  // namespace isolux

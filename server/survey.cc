@@ -141,8 +141,7 @@ Status SampleGather(Crew& crew, const Hierarchy& hierarchy, const Snapshot& snap
   row->output_elements = grown(static_cast<uint64_t>(seen));
   // The middles of leaves come first.
   const uint64_t output_points = grown(points);
-  const size_t middles =
-      LeavesThatReflectMost(hierarchy, output.sheets, snapshot, output.accuracy).size();
+  const size_t middles = LeavesThatReflectMost(hierarchy, snapshot, output).size();
   const double all =
       output_points > 0 ? 1 + static_cast<double>(middles) / static_cast<double>(output_points) : 1;
   row->output_points =

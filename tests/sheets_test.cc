@@ -245,13 +245,13 @@ Scene Screened() {
 
 TEST(Sheets, PathsThatGoThroughAgree) {
   const Scene scene = Screened();
-  const SolveResult result = Solve(scene, 0.02);
+  const SolveResult result = Solve(scene, 0.03);
   EXPECT_LT(LastRound(result).energy_imbalance, 5e-3);
   ThreadPool pool(2);
   const std::vector<ReferencePoint> points =
-      TracePaths(scene, {.points = 48, .error = 0.05, .seconds = 30}, pool);
+      TracePaths(scene, {.points = 32, .error = 0.08, .seconds = 30}, pool);
   const Comparison off = Compare(result.patch, points).value();
-  EXPECT_LT(off.l1_relative, 0.02 + NoiseOf(points));
+  EXPECT_LT(off.l1_relative, 0.03 + NoiseOf(points));
   EXPECT_EQ(off.unmatched, 0U);
   EXPECT_GT(Compare(Solve(scene, 0.2, "-sheets").patch, points).value().l1_relative, 0.2);
 }
@@ -273,7 +273,7 @@ TEST(Sheets, MirrorsShowThem) {
   AddSheet(whole, {{.6, .1, .2}, {.6, .9, .2}, {.6, .9, 1.4}, {.6, .1, 1.4}}, Rgb(.2), Rgb(.6));
   AddSheet(whole, {{1.4, .1, .2}, {1.4, .9, .2}, {1.4, .9, 1.4}, {1.4, .1, 1.4}}, Rgb(.2), Rgb(.6));
   half.medium = whole.medium = {Rgb(0.2)};
-  const SolveResult mirrored = Solve(half, 0.1), unfolded = Solve(whole, 0.1);
+  const SolveResult mirrored = Solve(half, 0.2), unfolded = Solve(whole, 0.2);
   for (const int side : {0, 1}) {
     EXPECT_NEAR(MeansOn(mirrored, 6, side).irradiance / MeansOn(unfolded, 6, side).irradiance, 1,
                 0.02);

@@ -50,6 +50,7 @@ struct Shard::Impl {
   Scout scout;
   Mirrors mirrors;               // that are simulated
   TranslucentSheets sheets;      // likewise
+  Fluorescence fluorescence;     // likewise
   std::optional<Medium> medium;  // likewise
 
   std::optional<Panes> panes;  // likewise
@@ -111,12 +112,13 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
   impl_->mirrors = impl_->plan.mirrors ? Mirrors(impl_->hierarchy, options.accuracy) : Mirrors();
   impl_->tree.SetMirrors(impl_->mirrors.empty() ? nullptr : &impl_->mirrors);
   impl_->sheets = TranslucentSheets(impl_->hierarchy, impl_->plan);
-  impl_->tree.SetSheets(impl_->sheets.empty() ? nullptr : &impl_->sheets);
+  impl_->fluorescence = Fluorescence(impl_->hierarchy, impl_->plan);
+  impl_->tree.SetPassing(&impl_->sheets, &impl_->fluorescence);
   impl_->scout = ScoutEscapes(impl_->hierarchy, impl_->rays, impl_->mirrors, impl_->sheets,
                               options.accuracy, options.seed, impl_->pool);
   impl_->tree.SetComponents(impl_->scout.component);
-  impl_->snapshot =
-      AmbientSnapshot(impl_->hierarchy, impl_->scout, impl_->StartLights(), impl_->sheets);
+  impl_->snapshot = AmbientSnapshot(impl_->hierarchy, impl_->scout, impl_->StartLights(),
+                                    impl_->sheets, impl_->fluorescence);
   std::vector<uint32_t> moved;
   RETURN_IF_ERROR(impl_->tree.Install(impl_->snapshot, &moved));
   ASSIGN_OR_RETURN(Placement placement, Placement::Make(impl_->tree, assignment, self));
@@ -210,9 +212,9 @@ LeafSystem Shard::Impl::MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lan
       const Surface& surface = tree.surface_of(node);
       leaves.specular.push_back(mirrors.ShareOf(surface.polygon, surface.side));
     }
-    if (!sheets.empty()) {
-      leaves.transmittance.push_back(lanes(sheets.TransmittanceOf(tree.node(node).id.surface)));
-    }
+    const uint32_t s = tree.node(node).id.surface;
+    if (!sheets.empty()) leaves.transmittance.push_back(lanes(sheets.TransmittanceOf(s)));
+    if (!fluorescence.empty()) leaves.reradiation.push_back(fluorescence.Of(s));
     start->push_back(lanes(record.irradiance));
     old_leaf->push_back(static_cast<uint32_t>(&record - snapshot.leaves.data()));
   }
@@ -232,8 +234,7 @@ Result<SolverResultOf<V>> Shard::Impl::SolveLeaves(Product& product, const LeafS
   const SolveFunction<V> solve = [&](const auto& sources, auto from, double to) {
     return SolveWithGiven<V>(sources, from, to, reflect);
   };
-  if (sheets.empty()) return solve(leaves, start, accuracy);
-  return SolveWithSheets<V>(product, leaves, start, accuracy, solve, exchange);
+  return SolveWithPassedLight<V>(product, leaves, start, accuracy, solve, exchange);
 }
 
 Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& exchange,
@@ -277,7 +278,7 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
     ASSIGN_OR_RETURN(closing, Close(product, leaves, rows, RowsMay::kFall, tolerance, exchange));
     ASSIGN_OR_RETURN(solution, solve());
   }
-  if (!sheets.empty()) RETURN_IF_ERROR(AddPassedOn(product, solution.irradiance, leaves));
+  RETURN_IF_ERROR(AddPassedLight(product, solution.irradiance, leaves));
   ASSIGN_OR_RETURN(const ErrorEstimate errors,
                    EstimateError(product, tree, leaves, solution.irradiance, given,
                                  {start, old_leaf, snapshot.round == 0}, solution, exchange));

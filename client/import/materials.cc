@@ -156,9 +156,10 @@ double MaterialMaker::Specular(const FileMaterial& from, double metallic, Rgb* d
 
 Rgb MaterialMaker::Transmittance(const FileMaterial& from, double specular, Rgb* diffuse) {
   Rgb passed = from.transmittance;
-  const double left = kLargestReflectance - specular;
+  const Rgb taken = from.reradiation.Taken();
   bool lowered = false;
   for (int c = 0; c < 3; ++c) {
+    const double left = kLargestReflectance - specular - taken[c];
     const double both = passed[c] + (from.diffuse_map.name.empty() ? (*diffuse)[c] : 0.0);
     if (passed[c] == 0 || both <= left) continue;
     const double scale = std::max(0.0, left) / both;
@@ -185,8 +186,8 @@ Material MaterialMaker::Make(const FileMaterial& from) {
   }
   const double specular = Specular(from, from.metallic > 0 ? metallic : 1, &diffuse);
   const Rgb passed = Transmittance(from, specular, &diffuse);
-  const double most =
-      kLargestReflectance * (1 - specular) - std::max({passed.x, passed.y, passed.z});
+  const Rgb other = passed + from.reradiation.Taken();
+  const double most = kLargestReflectance * (1 - specular) - std::max({other.x, other.y, other.z});
   bool lowered = false;
   for (int c = 0; c < 3; ++c) {
     if (diffuse[c] < 1 || !from.diffuse_map.name.empty()) continue;
@@ -204,12 +205,13 @@ Material MaterialMaker::Make(const FileMaterial& from) {
   material.name = from.name;
   material.specular = specular;
   material.transmittance = passed;
+  material.reradiation = from.reradiation;
   material.reflectance = reflectance.mean;
   material.reflectance_map = reflectance.use;
   material.exitance = exitance.mean;
   material.exitance_map = exitance.use;
   for (int c = 0; c < 3; ++c) {  // of a map that could not be read
-    if (material.reflectance[c] < 1 - specular - passed[c] || material.reflectance[c] == 0) {
+    if (material.reflectance[c] < 1 - specular - other[c] || material.reflectance[c] == 0) {
       continue;
     }
     material.reflectance[c] = most;

@@ -15,12 +15,13 @@ namespace {
 
 constexpr uint64_t kMostMtlBytes = 64ULL << 20;
 constexpr size_t kMostMaterials = 65'536;
+constexpr double kMostLeaves = 0.98;  // a fluorescent surface, of what arrives
 
 // Colours with the line they stand in: the library takes what is no number for 0 and knows no
 // lines.
 struct ScannedMaterial {
   uint32_t line = 0;
-  std::optional<Rgb> kd, ke, ks, td, tf;
+  std::optional<Rgb> kd, ke, ks, td, tf, fl;
 };
 
 Result<Rgb> ParseColour(const std::vector<std::string_view>& words, const std::string& where) {
@@ -60,20 +61,28 @@ Result<std::vector<ScannedMaterial>> Scan(CleanText& file) {
         return Error(StatusCode::kResourceExhausted, "{}: more than {} materials", where(),
                      kMostMaterials);
       }
-      materials.push_back({file.LineBefore(end), {}, {}, {}, {}, {}});
+      materials.push_back({file.LineBefore(end), {}, {}, {}, {}, {}, {}});
     } else if (words[0] == "Kd" || words[0] == "Ke" || words[0] == "Ks" || words[0] == "Td" ||
-               words[0] == "Tf") {
+               words[0] == "Tf" || words[0] == "Fl") {
       if (materials.empty()) {
         return Error(StatusCode::kInvalidArgument, "{}: {} before the first newmtl", where(),
                      words[0]);
       }
       ASSIGN_OR_RETURN(const Rgb colour, ParseColour(words, where()));
+      if (words[0] == "Fl" && words.size() != 4) {
+        return Error(
+            StatusCode::kInvalidArgument,
+            "{}: Fl needs three numbers: what of blue becomes green, of blue red, of green "
+            "red",
+            where());
+      }
       ScannedMaterial& material = materials.back();
       (words[0] == "Kd"   ? material.kd
        : words[0] == "Ke" ? material.ke
        : words[0] == "Ks" ? material.ks
        : words[0] == "Td" ? material.td
-                          : material.tf) = colour;
+       : words[0] == "Tf" ? material.tf
+                          : material.fl) = colour;
     }
   }
   return materials;
@@ -121,6 +130,24 @@ FileMap MapOf(const std::string& name, const tinyobj::texture_option_t& option,
   return map;
 }
 
+// What Fl says, where that leaves no more than what arrives.
+Result<Reradiation> ReradiationFrom(const FileMaterial& material, const Rgb& fl) {
+  const Reradiation reradiation{fl.x, fl.y, fl.z};
+  if (!reradiation.exists()) return Reradiation();
+  // Of a map the texels are limited later.
+  Rgb all = material.transmittance + reradiation.Taken();
+  if (material.diffuse_map.name.empty()) all += material.diffuse;
+  for (int c = 0; c < 3; ++c) {
+    if (all[c] <= kMostLeaves) continue;
+    constexpr const char* kChannels[] = {"red", "green", "blue"};
+    return Error(StatusCode::kInvalidArgument,
+                 "{}: material '{}' gives out {:.3g} of what arrives of {} by Kd, Td and Fl; lower "
+                 "them to {} together",
+                 material.where, material.name, all[c], kChannels[c], kMostLeaves);
+  }
+  return reradiation;
+}
+
 }  // namespace
 
 Result<std::vector<FileMaterial>> ReadMtl(const std::string& path) {
@@ -148,6 +175,8 @@ Result<std::vector<FileMaterial>> ParseMtl(std::string bytes, const std::string&
     material.radiance = scanned[i].ke.value_or(Rgb(material.emission_map.name.empty() ? 0.0 : 1.0));
     material.opacity_map = !from.alpha_texname.empty();
     material.transmittance = scanned[i].td.value_or(Rgb(0.0));
+    ASSIGN_OR_RETURN(material.reradiation,
+                     ReradiationFrom(material, scanned[i].fl.value_or(Rgb(0.0))));
     material.glass = IsGlass(from);
     if (material.glass) RETURN_IF_ERROR(SetGlass(scanned[i], from, &material));
     material.mirror = !material.glass && (from.illum == 3 || from.illum == 5 || from.illum == 8);

@@ -50,9 +50,10 @@ struct FileMaterial {
   Rgb clear{0.0}, scattered{0.0};
   bool tinted = false;
   double index_of_refraction = 1;
-  Rgb transmittance{0.0};   // diffuse: what of arriving light comes out on the other side
-  bool sheet_maps = false;  // that would vary it
-  bool unlit = false;       // shown without light by viewers
+  Rgb transmittance{0.0};     // diffuse: what of arriving light comes out on the other side
+  Reradiation reradiation{};  // fluorescence
+  bool sheet_maps = false;    // that would vary it
+  bool unlit = false;         // shown without light by viewers
 };
 
 struct FileFace {

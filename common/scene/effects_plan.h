@@ -19,10 +19,11 @@ struct EffectsPlan {
   bool lights = true;           // points, spots and directional lights shine
   bool sun = true;              // and those of them that are discs
   bool sky = true;
-  bool medium = true;   // absorbs
-  bool glass = true;    // panes take what they do; else nothing
-  bool mirrors = true;  // reflect as such; else with their diffuse reflectance alone
-  bool sheets = true;   // pass light on; else they are opaque
+  bool medium = true;        // absorbs
+  bool glass = true;         // panes take what they do; else nothing
+  bool mirrors = true;       // reflect as such; else with their diffuse reflectance alone
+  bool sheets = true;        // pass light on; else they are opaque
+  bool fluorescence = true;  // else what would be given out again is absorbed
 };
 
 // The mean of the channels; of a grey reflectance itself, to the bit.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/scene/fluorescence_bytes.h"
 #include "common/scene/specular.h"
 #include "common/scene/translucency.h"
 #include "common/util/bytes.h"
@@ -90,12 +91,13 @@ Status CheckMaps(const Scene& scene) {
     }
     const uint32_t map = material.reflectance_map.texture;
     if (map == kNoTexture) continue;
-    const Rgb most =
-        material.reflectance * LargestTexel(scene.textures[map]) + material.transmittance;
+    const Rgb most = material.reflectance * LargestTexel(scene.textures[map]) +
+                     material.transmittance + material.reradiation.Taken();
     if (std::max({most.x, most.y, most.z}) < 1) continue;
     return MakeStatus(StatusCode::kInvalidArgument,
-                      "material '{}': its map reaches a reflectance of 1{}; lower Kd",
-                      material.name, material.transmittance == Rgb(0.0) ? "" : " with what passes");
+                      "material '{}': its map reaches a reflectance of 1, with what passes or is "
+                      "reradiated; lower Kd",
+                      material.name);
   }
   for (const Polygon& polygon : scene.polygons) {
     if (polygon.coordinates == kNoCoordinates) continue;
@@ -128,11 +130,14 @@ Status CheckMaterial(const Material& material, size_t number) {
       return fail("a mirror that reflects more than it receives", material.reflectance,
                   "lower Ks, or Kd, to 1 together");
     }
-    const double passed = material.transmittance[c];
-    if (!(passed >= 0 &&
-          (passed == 0 || material.reflectance[c] + material.specular + passed < 1))) {
-      return fail("a sheet that reflects and passes on all that it receives, or more",
-                  material.transmittance, "lower Td, or Kd, below 1 together");
+    const double passed = material.transmittance[c], taken = material.reradiation.Taken()[c];
+    const double sum = material.reflectance[c] + material.specular + passed + taken;
+    const Reradiation& reradiation = material.reradiation;
+    if (!(passed >= 0 && taken >= 0 && reradiation.blue_to_red >= 0 &&
+          reradiation.blue_to_green >= 0 && (passed + taken == 0 || sum < 1))) {
+      return fail("a surface that reflects, passes on and reradiates all that it receives, or more",
+                  material.transmittance + reradiation.Taken(),
+                  "lower Td, Fl, or Kd, below 1 together");
     }
   }
   return {};
@@ -425,6 +430,7 @@ std::string Encode(const Scene& scene) {
   }
   PutSheets(out, scene);
   PutGlazing(out, scene.glazing);
+  PutFluorescence(out, scene);
   return out.Take();
 }
 
@@ -468,7 +474,7 @@ Result<Scene> Decode(const std::string& bytes, const SceneLimits& limits) {
   const auto follows = [&in](uint64_t magic) { return ByteReader(in).Get<uint64_t>() == magic; };
   if (in.ok() && in.left() > 0 && !follows(kLightsMagic) && !follows(kSkyMagic) &&
       !follows(kMirrorsMagic) && !follows(kMediumMagic) && !follows(kSheetsMagic) &&
-      !follows(kGlazingMagic)) {
+      !follows(kGlazingMagic) && !follows(kFluorescenceMagic)) {
     RETURN_IF_ERROR(GetMaps(in, limits, &scene));
   }
   if (in.ok() && follows(kLightsMagic)) RETURN_IF_ERROR(GetLights(in, limits, &scene));
@@ -479,6 +485,7 @@ Result<Scene> Decode(const std::string& bytes, const SceneLimits& limits) {
   if (in.ok() && follows(kGlazingMagic)) {
     RETURN_IF_ERROR(TakeGlazing(in, limits.polygons, &scene.glazing));
   }
+  if (in.ok() && follows(kFluorescenceMagic)) RETURN_IF_ERROR(TakeFluorescence(in, &scene));
   if (!in.ok() || in.left() > 0) {
     return Error(StatusCode::kDataLoss, "scene: its end is {}", in.ok() ? "too late" : "missing");
   }

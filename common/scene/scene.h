@@ -13,6 +13,7 @@
 #include "common/scene/glazing.h"
 #include "common/scene/light.h"
 #include "common/scene/medium.h"
+#include "common/scene/reradiation.h"
 #include "common/scene/sky.h"
 #include "common/scene/texture.h"
 #include "common/util/status.h"
@@ -32,6 +33,7 @@ struct Material {
   // Diffuse, of what arrives on either side: the share that comes out on the other (where both
   // sides take part; see translucency.h). With reflectance and specular share below 1.
   Rgb transmittance{0.0};
+  Reradiation reradiation{};  // fluorescence; with all of these below 1 in each channel
   // How these vary over polygons that have texture coordinates; without, they are the means.
   TextureUse reflectance_map{}, exitance_map{};
 };

@@ -49,7 +49,7 @@ TEST(SourceGather, KeepsReflectedPower) {
       for (double& h : gathered.leaves[i].irradiance) h *= 0.85 + 0.2 * random.Unit();
     }
     const Snapshot before = gathered;
-    KeepReflectedPower(hierarchy, TranslucentSheets(), solution, leaves, &gathered);
+    KeepReflectedPower(hierarchy, OutputMeshOptions(), solution, leaves, &gathered);
     const auto wanted = ReflectedPower(hierarchy, solution);
     const auto found = ReflectedPower(hierarchy, gathered);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], wanted[c], 1e-12 * wanted[c]);
@@ -80,7 +80,7 @@ TEST(SourceGather, ScalesByAQuarterAtMost) {
     for (LeafRecord& leaf : gathered.leaves) {
       for (double& h : leaf.irradiance) h *= share;
     }
-    KeepReflectedPower(hierarchy, TranslucentSheets(), solution, leaves, &gathered);
+    KeepReflectedPower(hierarchy, OutputMeshOptions(), solution, leaves, &gathered);
     const double factor = share > 1 ? 1 / 1.25 : 1.25;
     for (size_t i = 0; i < leaves.size(); ++i) {
       for (int c = 0; c < 3; ++c) {

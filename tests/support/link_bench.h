@@ -39,7 +39,7 @@ struct LinkBench {
     const Scout scout =
         scouted ? ScoutEscapes(hierarchy, rays, Mirrors(), TranslucentSheets(), 0.02, 1, pool)
                 : ClosedWithoutLooking(hierarchy);
-    const Snapshot start = AmbientSnapshot(hierarchy, scout, {}, {});
+    const Snapshot start = AmbientSnapshot(hierarchy, scout, {}, {}, {});
     tree.SetComponents(scout.component);
     double emitted = 0;
     for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s)

@@ -30,7 +30,7 @@ inline Result<GatherPart> GatherOutput(Shard& shard, const Hierarchy& hierarchy,
   }
   std::vector<uint32_t> all(snapshot.leaves.size());
   std::iota(all.begin(), all.end(), 0U);
-  KeepReflectedPower(hierarchy, TranslucentSheets(), snapshot, all, &sources);
+  KeepReflectedPower(hierarchy, OutputMeshOptions(), snapshot, all, &sources);
   RETURN_IF_ERROR(shard.InstallSnapshot(sources));
   ASSIGN_OR_RETURN(GatherPart part, shard.Gather(elements, corners, accuracy));
   RETURN_IF_ERROR(shard.InstallSnapshot(snapshot));

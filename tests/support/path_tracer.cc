@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <glm/mat3x3.hpp>
 #include <numbers>
 #include <optional>
 
@@ -49,7 +50,8 @@ class PathTracer {
 
   // One sample of the irradiance at a place.
   Rgb Sample(Place place, Random& random) const {
-    Rgb sum(0.0), weight(1.0);
+    Rgb sum(0.0);
+    glm::dmat3 weight(1.0);  // of channels there on channels here
     for (int bounce = 0; bounce < 1000; ++bounce) {
       sum += weight * FromLights(place, random);
       Place next;
@@ -75,13 +77,25 @@ class PathTracer {
       const Rgb reflected = SurfaceAt(next).reflectance, passed = PassedAt(next);
       const double through = Sum(passed) > 0 ? Sum(passed) / (Sum(passed) + Sum(reflected)) : 0.0;
       const bool goes_through = through > 0 && random.Unit() < through;
-      weight *=
-          (goes_through ? passed / through : reflected / (1 - through)) / (1 - SpecularAt(next));
+      const double chance = (goes_through ? through : 1 - through) * (1 - SpecularAt(next));
+      const Rgb share = (goes_through ? passed : reflected) / chance;
+      glm::dmat3 hands_on(share.x, 0, 0, 0, share.y, 0, 0, 0, share.z);  // a column a channel in
+      if (!goes_through) {
+        const Reradiation& m = ReradiationAt(next);
+        hands_on[1][0] = m.green_to_red / chance;
+        hands_on[2][0] = m.blue_to_red / chance;
+        hands_on[2][1] = m.blue_to_green / chance;
+      }
+      weight = weight * hands_on;
       if (goes_through) {
         const Surface& here = SurfaceAt(next);
         next.surface = surface_of_[here.polygon][here.side == Side::kFront ? 1 : 0];
       }
-      const double go_on = std::min(0.98, std::max({weight.x, weight.y, weight.z}));
+      double go_on = 0;
+      for (int c = 0; c < 3; ++c) {
+        go_on = std::max({go_on, weight[c].x, weight[c].y, weight[c].z});
+      }
+      go_on = std::min(0.98, go_on);
       if (random.Unit() >= go_on) break;
       weight /= go_on;
       place = next;
@@ -142,6 +156,11 @@ class PathTracer {
       return Rgb(0.0);
     }
     return scene.materials[scene.polygons[here.polygon].material].transmittance;
+  }
+
+  const Reradiation& ReradiationAt(const Place& place) const {
+    const Scene& scene = hierarchy_.scene();
+    return scene.materials[scene.polygons[SurfaceAt(place).polygon].material].reradiation;
   }
 
   bool Bounce(const Place& place, Random& random, Place& next, Vec3& direction, double& pdf) const {

@@ -14,20 +14,26 @@ struct Component {
 constexpr double kSettled = 1e-3;
 constexpr int kMostPasses = 200;
 
-// Irradiances that sheets and emitted light agree with, pass by pass.
+// Irradiances that sheets, fluorescence and emitted light agree with, pass by pass.
 void PassOn(const Hierarchy& hierarchy, const Scout& scout, const TranslucentSheets& sheets,
-            std::span<const GivenIrradiance> given, std::vector<Component>& components) {
+            const Fluorescence& fluorescence, std::span<const GivenIrradiance> given,
+            std::vector<Component>& components) {
+  const auto arriving_at = [&](uint32_t s) {
+    const Rgb& ambient = components[scout.component[s]].irradiance;
+    return given.empty() ? ambient : ambient + given[s].mean;
+  };
   std::vector<Rgb> emitted(components.size());
   double first = 0;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     for (size_t c = 0; c < components.size(); ++c) emitted[c] = components[c].emitted;
     for (uint32_t s = 0; s < components.size(); ++s) {
       const uint32_t behind = sheets.PartnerOf(s);
-      if (behind == TranslucentSheets::kNone) continue;
-      Rgb arriving = components[scout.component[behind]].irradiance;
-      if (!given.empty()) arriving += given[behind].mean;
-      emitted[scout.component[s]] += hierarchy.surface_area_m2(s) * (1.0 - scout.escape[s]) *
-                                     sheets.TransmittanceOf(s) * arriving;
+      Rgb passed = fluorescence.Of(s).Of(arriving_at(s));
+      if (behind != TranslucentSheets::kNone) {
+        passed += sheets.TransmittanceOf(s) * arriving_at(behind);
+      }
+      emitted[scout.component[s]] +=
+          hierarchy.surface_area_m2(s) * (1.0 - scout.escape[s]) * passed;
     }
     double changed = 0;
     for (size_t c = 0; c < components.size(); ++c) {
@@ -47,7 +53,8 @@ void PassOn(const Hierarchy& hierarchy, const Scout& scout, const TranslucentShe
 }  // namespace
 
 Snapshot AmbientSnapshot(const Hierarchy& hierarchy, const Scout& scout,
-                         std::span<const GivenIrradiance> given, const TranslucentSheets& sheets) {
+                         std::span<const GivenIrradiance> given, const TranslucentSheets& sheets,
+                         const Fluorescence& fluorescence) {
   const auto surfaces = hierarchy.surfaces();
   std::vector<Component> components(surfaces.size());  // by its lowest surface
   for (uint32_t s = 0; s < surfaces.size(); ++s) {
@@ -64,7 +71,9 @@ Snapshot AmbientSnapshot(const Hierarchy& hierarchy, const Scout& scout,
       if (component.lost[c] > 0) component.irradiance[c] = component.emitted[c] / component.lost[c];
     }
   }
-  if (!sheets.empty()) PassOn(hierarchy, scout, sheets, given, components);
+  if (!sheets.empty() || !fluorescence.empty()) {
+    PassOn(hierarchy, scout, sheets, fluorescence, given, components);
+  }
   Snapshot snapshot;
   snapshot.leaves.resize(surfaces.size());
   for (uint32_t s = 0; s < surfaces.size(); ++s) {

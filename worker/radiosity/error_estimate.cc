@@ -36,10 +36,12 @@ double Root(double a, double b) { return std::sqrt(a * a + b * b); }
 
 double SumOf(const Lanes& v) { return v[0] + v[1] + v[2]; }
 
-// Mean over the channels of what is reflected or passed on.
+// Mean over the channels of what is reflected, passed on or reradiated.
 double AlbedoOf(const LeafSystem& leaves, size_t i) {
-  const double reflected = SumOf(leaves.reflectance[i]) / 3;
-  return leaves.transmittance.empty() ? reflected : reflected + SumOf(leaves.transmittance[i]) / 3;
+  double albedo = SumOf(leaves.reflectance[i]) / 3;
+  if (!leaves.transmittance.empty()) albedo += SumOf(leaves.transmittance[i]) / 3;
+  if (!leaves.reradiation.empty()) albedo += Sum(leaves.reradiation[i].Taken()) / 3;
+  return albedo;
 }
 
 double Amplitude(double amplitude) {

@@ -45,8 +45,7 @@ SourceFinder::SourceFinder(const Tree& tree, const Placement& placement, const L
 
 void SourceFinder::PullRadiosity(const Snapshot& snapshot) {
   radiosity_.assign(slots_.count(tree_), Lanes{});
-  std::vector<TranslucentSheets::Behind> behind;
-  if (tree_.sheets() != nullptr) behind = tree_.sheets()->BehindLeaves(snapshot.leaves);
+  const std::vector<PassedLight> passed = tree_.PassedLightOf(snapshot);
   for (size_t k = 0; k < snapshot.leaves.size(); ++k) {
     const LeafRecord& leaf = snapshot.leaves[k];
     const uint32_t node = tree_.Find(leaf.id);
@@ -55,9 +54,7 @@ void SourceFinder::PullRadiosity(const Snapshot& snapshot) {
     Lanes& b = radiosity_[slots_.OfElement(node)];
     for (int c = 0; c < 3; ++c) {
       b[c] = optics.exitance[c] + optics.reflectance[c] * leaf.irradiance[c];
-      if (!behind.empty()) {
-        b[c] += tree_.sheets()->TransmittanceOf(leaf.id.surface)[c] * behind[k].irradiance[c];
-      }
+      if (!passed.empty()) b[c] += passed[k].radiosity[c];
       largest_ = std::max(largest_, b[c]);
     }
   }

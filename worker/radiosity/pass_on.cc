@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <utility>
 
 #include "worker/radiosity/solver_parts.h"
 
@@ -25,53 +26,113 @@ constexpr double kLeastGap = 0.02;
 // Of the largest diagonal element: smaller pivots are directions that the memory already has.
 constexpr double kLeastPivot = 1e-10;
 
-// The leaves of sheets, and what is passed on to them.
+// Of what arrives in each channel, what is taken to be given out in others.
+template <typename V>
+V TakenBy(const LeafSystemOf<V>& leaves, size_t i) {
+  if constexpr (kChannelsOf<V> == 3) {
+    if (!leaves.reradiation.empty()) {
+      const Rgb taken = leaves.reradiation[i].Taken();
+      return V{taken.x, taken.y, taken.z, 0};
+    }
+  }
+  return V{};
+}
+
+template <typename V>
+V Reradiated(const LeafSystemOf<V>& leaves, size_t i, const V& irradiance) {
+  if constexpr (kChannelsOf<V> == 3) {
+    if (!leaves.reradiation.empty()) {
+      const Rgb out = leaves.reradiation[i].Of({irradiance[0], irradiance[1], irradiance[2]});
+      return V{out.x, out.y, out.z, 0};
+    }
+  }
+  return V{};
+}
+
+// What comes through, and what is reradiated, of what arrives.
+template <typename V>
+V PassedShare(const LeafSystemOf<V>& leaves, size_t i) {
+  const V taken = TakenBy(leaves, i);
+  return leaves.transmittance.empty() ? taken : taken + leaves.transmittance[i];
+}
+
+// The leaves of sheets and of what fluoresces, and what is passed on to them.
 template <typename V>
 class Passing {
  public:
   Passing(Product& product, const LeafSystemOf<V>& leaves, Exchange& exchange)
-      : product_(product), leaves_(leaves), exchange_(exchange), behind_(leaves.size()) {
+      : product_(product), leaves_(leaves), exchange_(exchange), behind_(leaves.size(), V{}) {
+    const auto& behind = product.active().behind;
     for (uint32_t i = 0; i < leaves.size(); ++i) {
-      if (product.active().behind[i] != kNoNode) of_sheets_.push_back(i);
+      const bool sheet = !behind.empty() && behind[i] != kNoNode;
+      const bool fluoresces = !leaves.reradiation.empty() && leaves.reradiation[i].exists();
+      if (sheet || fluoresces) passing_.push_back(i);
     }
   }
 
-  // Emitted power, and the factor by which a pass shrinks what is passed on at worst.
+  // Emitted power, and the factor by which a pass shrinks what is passed on at worst. Where light
+  // changes its channel, the power of all channels counts for each.
   Status Measure() {
     ChannelSums<V> emitted;
     V worst{};
     for (size_t i = 0; i < leaves_.size(); ++i) {
-      const V& tau = leaves_.transmittance[i];
       V e = leaves_.exitance[i];
-      if (!leaves_.given.empty()) e += (leaves_.reflectance[i] + tau) * leaves_.given[i];
+      if (!leaves_.given.empty()) {
+        e += (leaves_.reflectance[i] + PassedShare(leaves_, i)) * leaves_.given[i];
+      }
       Add(leaves_.area_m2[i] * e, emitted);
-      worst = Maximum(tau / (1.0 - leaves_.reflectance[i]), worst);
+      worst = Maximum(PassedShare(leaves_, i) / (1.0 - leaves_.reflectance[i]), worst);
     }
     solver::ClearSpare(worst);
     ASSIGN_OR_RETURN(const auto sums, ReduceSums<V>(exchange_, {emitted}, &worst));
     emitted_w_ = sums[0];
-    for (int c = 0; c < kChannelsOf<V>; ++c) gap_[c] = std::max(kLeastGap, 1 - worst[c]);
+    double all_w = 0, largest = 0;
+    for (int c = 0; c < kChannelsOf<V>; ++c) {
+      gap_[c] = std::max(kLeastGap, 1 - worst[c]);
+      all_w += emitted_w_[c];
+      largest = std::max(largest, double{worst[c]});
+    }
+    if (product_.tree().fluorescence() == nullptr) return {};
+    for (int c = 0; c < kChannelsOf<V>; ++c) {
+      gap_[c] = std::max(kLeastGap, 1 - largest);
+      emitted_w_[c] = all_w;
+    }
     return {};
   }
 
-  // What this irradiance passes on, by leaf of a sheet.
+  // What this irradiance passes on, by leaf that passes some.
   Result<std::vector<V>> PassedBy(std::span<const V> irradiance) {
-    RETURN_IF_ERROR(product_.Behind(irradiance, std::span<V>(behind_)));
+    const bool sheets = product_.tree().sheets() != nullptr;
+    if (sheets) RETURN_IF_ERROR(product_.Behind(irradiance, std::span<V>(behind_)));
     std::vector<V> passed;
-    passed.reserve(of_sheets_.size());
-    for (const uint32_t i : of_sheets_) passed.push_back(leaves_.transmittance[i] * behind_[i]);
+    passed.reserve(passing_.size());
+    for (const uint32_t i : passing_) {
+      passed.push_back(Reradiated(leaves_, i, irradiance[i]));
+      if (sheets) passed.back() += leaves_.transmittance[i] * behind_[i];
+    }
     return passed;
   }
 
   // The leaves with this on top of what they emit.
   void Put(std::span<const V> passed, LeafSystemOf<V>& leaves) const {
-    for (size_t k = 0; k < of_sheets_.size(); ++k) {
-      leaves.exitance[of_sheets_[k]] = leaves_.exitance[of_sheets_[k]] + passed[k];
+    for (size_t k = 0; k < passing_.size(); ++k) {
+      leaves.exitance[passing_[k]] = leaves_.exitance[passing_[k]] + passed[k];
     }
   }
 
-  double area_m2(size_t k) const { return leaves_.area_m2[of_sheets_[k]]; }
-  size_t size() const { return of_sheets_.size(); }
+  // Over the channels: how much more is emitted with what is passed on, and the least 1 − q.
+  std::pair<double, double> GrowthAndGap(const V& with_passed_w) const {
+    double growth = 1, least_gap = 1;
+    for (int c = 0; c < kChannelsOf<V>; ++c) {
+      if (!(emitted_w_[c] > 0)) continue;
+      growth = std::max(growth, with_passed_w[c] / emitted_w_[c]);
+      least_gap = std::min(least_gap, gap_[c]);
+    }
+    return {growth, least_gap};
+  }
+
+  double area_m2(size_t k) const { return leaves_.area_m2[passing_[k]]; }
+  size_t size() const { return passing_.size(); }
   const V& emitted_w() const { return emitted_w_; }
   double gap(int c) const { return gap_[c]; }
   Exchange& exchange() const { return exchange_; }
@@ -81,7 +142,7 @@ class Passing {
   const LeafSystemOf<V>& leaves_;
   Exchange& exchange_;
   std::vector<V> behind_;
-  std::vector<uint32_t> of_sheets_;  // numbers of leaves
+  std::vector<uint32_t> passing_;  // numbers of leaves
   V emitted_w_{};
   Scalars<V> gap_{};
 };
@@ -200,8 +261,8 @@ Result<std::vector<V>> Powers(const Passing<V>& passing, const LeafSystemOf<V>& 
   return ReduceSums<V>(passing.exchange(), mine, nullptr);
 }
 
-// The share of what arrives that is reflected or passed on, over all leaves: by what factor light
-// comes back.
+// The share of what arrives that is reflected, passed on or reradiated, over all leaves: by what
+// factor light comes back.
 template <typename V>
 Result<double> ShareHandedOn(const LeafSystemOf<V>& leaves, std::span<const V> irradiance,
                              Exchange& exchange) {
@@ -209,7 +270,7 @@ Result<double> ShareHandedOn(const LeafSystemOf<V>& leaves, std::span<const V> i
   for (size_t i = 0; i < leaves.size(); ++i) {
     const V arriving = leaves.area_m2[i] * irradiance[i];
     Add(arriving, mine[0]);
-    Add((leaves.reflectance[i] + leaves.transmittance[i]) * arriving, mine[1]);
+    Add((leaves.reflectance[i] + PassedShare(leaves, i)) * arriving, mine[1]);
   }
   ASSIGN_OR_RETURN(const auto sums, ReduceSums<V>(exchange, mine, nullptr));
   double share = 0;
@@ -222,10 +283,13 @@ Result<double> ShareHandedOn(const LeafSystemOf<V>& leaves, std::span<const V> i
 }  // namespace
 
 template <typename V>
-Result<SolverResultOf<V>> SolveWithSheets(Product& product, const LeafSystemOf<V>& leaves,
-                                          std::type_identity_t<std::span<const V>> start,
-                                          double accuracy, const SolveFunction<V>& solve,
-                                          Exchange& exchange) {
+Result<SolverResultOf<V>> SolveWithPassedLight(Product& product, const LeafSystemOf<V>& leaves,
+                                               std::type_identity_t<std::span<const V>> start,
+                                               double accuracy, const SolveFunction<V>& solve,
+                                               Exchange& exchange) {
+  if (product.tree().sheets() == nullptr && product.tree().fluorescence() == nullptr) {
+    return solve(leaves, start, accuracy);
+  }
   Passing<V> passing(product, leaves, exchange);
   RETURN_IF_ERROR(passing.Measure());
   Mixer<V> mixer(passing);
@@ -238,12 +302,7 @@ Result<SolverResultOf<V>> SolveWithSheets(Product& product, const LeafSystemOf<V
   for (int pass = 1;; ++pass) {
     passing.Put(passed, sources);
     ASSIGN_OR_RETURN(const auto before, Powers<V>(passing, sources, {}));
-    double least_gap = 1, growth = 1;  // of what leaves emit
-    for (int c = 0; c < kChannelsOf<V>; ++c) {
-      if (!(passing.emitted_w()[c] > 0)) continue;
-      least_gap = std::min(least_gap, passing.gap(c));
-      growth = std::max(growth, before[0][c] / passing.emitted_w()[c]);
-    }
+    const auto [growth, least_gap] = passing.GrowthAndGap(before[0]);
     ASSIGN_OR_RETURN(SolverResultOf<V> result,
                      solve(sources, irradiance, kMayLeave * least_gap / growth * accuracy));
     products += result.products;
@@ -275,24 +334,33 @@ Result<SolverResultOf<V>> SolveWithSheets(Product& product, const LeafSystemOf<V
       result.indefinite = false;
       return result;
     }
-    RETURN_IF_ERROR(mixer.Next(change, passed));
+    if (product.tree().sheets() == nullptr) {
+      passed = next;  // from channel to channel nothing comes back
+    } else {
+      RETURN_IF_ERROR(mixer.Next(change, passed));
+    }
   }
 }
 
-Status AddPassedOn(Product& product, std::span<const Lanes> irradiance, LeafSystem& leaves) {
-  leaves.passed_on.resize(leaves.size());
-  RETURN_IF_ERROR(product.Behind(irradiance, std::span<Lanes>(leaves.passed_on)));
-  for (size_t i = 0; i < leaves.size(); ++i) {
-    leaves.passed_on[i] *= leaves.transmittance[i];
-    leaves.exitance[i] += leaves.passed_on[i];
+Status AddPassedLight(Product& product, std::span<const Lanes> irradiance, LeafSystem& leaves) {
+  if (product.tree().sheets() != nullptr) {
+    leaves.passed_on.resize(leaves.size());
+    RETURN_IF_ERROR(product.Behind(irradiance, std::span<Lanes>(leaves.passed_on)));
+    for (size_t i = 0; i < leaves.size(); ++i) {
+      leaves.passed_on[i] *= leaves.transmittance[i];
+      leaves.exitance[i] += leaves.passed_on[i];
+    }
+  }
+  for (size_t i = 0; i < leaves.reradiation.size(); ++i) {
+    leaves.exitance[i] += Reradiated(leaves, i, irradiance[i]);
   }
   return {};
 }
 
-#define ISOLUX_FOR(V)                                                                  \
-  template Result<SolverResultOf<V>> SolveWithSheets(Product&, const LeafSystemOf<V>&, \
-                                                     std::span<const V>, double,       \
-                                                     const SolveFunction<V>&, Exchange&);
+#define ISOLUX_FOR(V)                                                                       \
+  template Result<SolverResultOf<V>> SolveWithPassedLight(Product&, const LeafSystemOf<V>&, \
+                                                          std::span<const V>, double,       \
+                                                          const SolveFunction<V>&, Exchange&);
 ISOLUX_FOR(Single)
 ISOLUX_FOR(Lanes)
 #undef ISOLUX_FOR

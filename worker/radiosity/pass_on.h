@@ -15,16 +15,18 @@
 
 namespace isolux {
 
-// The irradiance at own leaves with what sheets pass on. `leaves` radiate what they emit themselves
-// and have transmittances; what is left in the end counts in the result's residual. Same bits for
-// any number of workers, where those of `solve` are.
+// The irradiance at own leaves with what is passed on, where the product's tree has sheets or
+// fluorescence; else what `solve` finds. `leaves` radiate what they emit themselves; what is left
+// in the end counts in the result's residual. Same bits for any number of workers, where those of
+// `solve` are. Fluorescence needs three channels.
 template <typename V>
-Result<SolverResultOf<V>> SolveWithSheets(Product& product, const LeafSystemOf<V>& leaves,
-                                          std::type_identity_t<std::span<const V>> start,
-                                          double accuracy, const SolveFunction<V>& solve,
-                                          Exchange& exchange);
+Result<SolverResultOf<V>> SolveWithPassedLight(Product& product, const LeafSystemOf<V>& leaves,
+                                               std::type_identity_t<std::span<const V>> start,
+                                               double accuracy, const SolveFunction<V>& solve,
+                                               Exchange& exchange);
 
-// Sets passed_on of the leaves to what this irradiance passes on, and adds it to their exitance.
-Status AddPassedOn(Product& product, std::span<const Lanes> irradiance, LeafSystem& leaves);
+// Adds what this irradiance passes on to the exitance of the leaves; of it passed_on is set to what
+// comes through sheets, which is no new light in its channel. Nothing where there is neither.
+Status AddPassedLight(Product& product, std::span<const Lanes> irradiance, LeafSystem& leaves);
 
 }  // namespace isolux

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "common/scene/reradiation.h"
 #include "worker/radiosity/channels.h"
 #include "worker/radiosity/local_rows.h"
 #include "worker/radiosity/matvec.h"
@@ -27,6 +28,7 @@ struct LeafSystemOf {
   std::vector<double> inheritance;  // factor of what comes from the nodes above
   std::vector<double> specular;     // share reflected as by a mirror; empty: there are no mirrors
   std::vector<V> transmittance;     // of translucent sheets; empty: there are none
+  std::vector<Reradiation> reradiation;  // empty: nothing fluoresces
   std::vector<V> passed_on;  // of the exitance, what comes through a sheet, W/m²; empty: not in it
 
   size_t size() const { return area_m2.size(); }

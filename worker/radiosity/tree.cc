@@ -132,8 +132,7 @@ void Tree::PullValues(const Snapshot& snapshot) {
     double mean = 0, square = 0, low = 0, high = 0;
   };
   std::vector<Moments> moments(count);
-  std::vector<TranslucentSheets::Behind> behind;
-  if (sheets_ != nullptr) behind = sheets_->BehindLeaves(snapshot.leaves);
+  const std::vector<PassedLight> passed = PassedLightOf(snapshot);
   for (size_t k = 0; k < snapshot.leaves.size(); ++k) {
     const LeafRecord& leaf = snapshot.leaves[k];
     const uint32_t node = Find(leaf.id);
@@ -146,10 +145,9 @@ void Tree::PullValues(const Snapshot& snapshot) {
     }
     // Half the range of a value that is spread evenly with this deviation.
     double half = 0.5 * reflectance * leaf.spread + std::sqrt(3.0) * map;
-    if (!behind.empty()) {
-      const Rgb& passed = sheets_->TransmittanceOf(leaf.id.surface);
-      for (int c = 0; c < 3; ++c) radiosity += passed[c] * behind[k].irradiance[c];
-      half += 0.5 * std::max({passed.x, passed.y, passed.z}) * behind[k].spread;
+    if (!passed.empty()) {
+      radiosity += Sum(passed[k].radiosity);
+      half += 0.5 * passed[k].spread;
     }
     moments[node] = {radiosity, radiosity * radiosity + half * half / 3,
                      std::max(0.0, radiosity - half), radiosity + half};

@@ -12,8 +12,8 @@
 
 #include "common/hierarchy/hierarchy.h"
 #include "common/hierarchy/mirrors.h"
+#include "common/hierarchy/passed_light.h"
 #include "common/hierarchy/snapshot.h"
-#include "common/hierarchy/translucent_sheets.h"
 #include "common/util/status.h"
 #include "worker/radiosity/cluster_facing.h"
 
@@ -69,7 +69,15 @@ class Tree {
 
   // The sheets that pass light on; null: none. To be set before components and values.
   const TranslucentSheets* sheets() const { return sheets_; }
-  void SetSheets(const TranslucentSheets* sheets) { sheets_ = sheets; }
+  const Fluorescence* fluorescence() const { return fluorescence_; }  // likewise
+  void SetPassing(const TranslucentSheets* sheets, const Fluorescence* fluorescence) {
+    sheets_ = sheets->empty() ? nullptr : sheets;
+    fluorescence_ = fluorescence->empty() ? nullptr : fluorescence;
+  }
+  // What leaves of a snapshot radiate beyond E + ρH; empty where they never do.
+  std::vector<PassedLight> PassedLightOf(const Snapshot& snapshot) const {
+    return isolux::PassedLightOf(snapshot.leaves, sheets_, fluorescence_);
+  }
 
   uint32_t SurfaceIndex(uint32_t surface) const { return cluster_count_ + surface; }
   // Index of a node, or kNoNode where it does not exist.
@@ -105,6 +113,7 @@ class Tree {
   const Hierarchy* hierarchy_;
   const Mirrors* mirrors_ = nullptr;
   const TranslucentSheets* sheets_ = nullptr;
+  const Fluorescence* fluorescence_ = nullptr;
   uint32_t cluster_count_ = 0;
   std::vector<Vec3> normals_;  // of surfaces
   ClusterFacing facing_;

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "common/hierarchy/effects/detectors.h"
+#include "common/hierarchy/fluorescence.h"
 
 namespace isolux {
 namespace {
@@ -69,12 +70,15 @@ bool LampsAreAlike(const Hierarchy& hierarchy) {
 
 // With ρ' = ρ + δ in place of ρ, H' − H = (I − Fρ')⁻¹ F (ρ' − ρ) H, and F hands on no more power
 // than it takes: Σ A|H' − H| ≤ δ/(1 − ρ'max) Σ A H, channel by channel. Lamps of several colours
-// and media or panes that absorb in colour have no such bound.
+// and media or panes that absorb in colour have no such bound, nor has fluorescence.
 Effect DetectColour(const Hierarchy& hierarchy) {
   const Tint tint = FindTint(hierarchy);
   const bool in_medium = !hierarchy.scene().medium.is_grey();
   const bool in_glass = !hierarchy.scene().glazing.is_grey();
-  const bool tinted = in_medium || in_glass;
+  const bool fluorescent = std::ranges::any_of(hierarchy.surfaces(), [&](const Surface& s) {
+    return ReradiationOf(hierarchy.scene(), s).exists();
+  });
+  const bool tinted = in_medium || in_glass || fluorescent;
   const bool alike = LampsAreAlike(hierarchy) && !tinted;
   Effect effect{.name = "colour", .present = tint.largest > 1e-9 || !alike};
   effect.evidence = fmt::format(
@@ -82,6 +86,7 @@ Effect DetectColour(const Hierarchy& hierarchy) {
       tint.total_m2, tint.largest, LampsAreAlike(hierarchy) ? "one colour" : "several");
   if (in_medium) effect.evidence += "; a medium in colour";
   if (in_glass) effect.evidence += "; glass in colour";
+  if (fluorescent) effect.evidence += "; fluorescence";
   if (alike) effect.bound = tint.largest > 1e-9 ? tint.largest / (1 - tint.mean) : 0.0;
   return effect;
 }

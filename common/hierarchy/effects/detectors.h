@@ -36,6 +36,9 @@ Effect DetectClearGlass(const Hierarchy& hierarchy);
 // accuracy: of the irradiance, which says how many images it takes.
 Effect DetectMirrors(const Hierarchy& hierarchy, double accuracy);
 
+// fluorescence.cc
+Effect DetectFluorescence(const Hierarchy& hierarchy);
+
 // sheets.cc
 Effect DetectSheets(const Hierarchy& hierarchy);
 
@@ -56,8 +59,14 @@ void SetLightColour(const Hierarchy& hierarchy, EffectsPlan* plan);
 
 // Largest component of any reflectance.
 double LargestReflectance(const Hierarchy& hierarchy);
-// The same of what sheets pass on, and of what surfaces reflect and pass on together.
-double LargestTransmittance(const Hierarchy& hierarchy);
+// The same of what surfaces do with light in several ways together.
+struct Shares {
+  bool reflected = false;
+  bool passed = false;      // by sheets
+  bool reradiated = false;  // in other channels, of what arrives in this one
+};
+double LargestShare(const Hierarchy& hierarchy, const Shares& shares);
+// Of all three.
 double LargestAlbedo(const Hierarchy& hierarchy);
 // What a side passes on: 0 where it is not that of a sheet.
 Rgb TransmittanceOf(const Hierarchy& hierarchy, const Surface& surface);

@@ -33,8 +33,8 @@ Effect DetectOcclusion(const Hierarchy& hierarchy) {
 }
 
 // Without it H = FE alone. What is missing is F(ρH), and F hands on no more power than it takes:
-// Σ A(H − FE) ≤ Σ A ρH ≤ ρ_max Σ A H. What sheets pass on of that is missing too: all of it is at
-// most 1/(1 − τ_max) times as much.
+// Σ A(H − FE) ≤ Σ A ρH ≤ ρ_max Σ A H. What sheets pass on of that, and what is reradiated of it, is
+// missing too: all of it is at most 1/(1 − τ_max) times as much, τ both.
 Effect DetectInterreflection(const Hierarchy& hierarchy) {
   const double rho = LargestReflectance(hierarchy);
   Effect effect{.name = "interreflection", .present = rho > 0};
@@ -46,7 +46,7 @@ Effect DetectInterreflection(const Hierarchy& hierarchy) {
   }
   effect.evidence = fmt::format("{:.4g} of {:.4g} m² reflect, up to {:.3g}, of {:.4g} W", area,
                                 hierarchy.clusters()[0].area_m2, rho, emitted);
-  effect.bound = rho / (1 - LargestTransmittance(hierarchy));
+  effect.bound = rho / (1 - LargestShare(hierarchy, {.passed = true, .reradiated = true}));
   return effect;
 }
 

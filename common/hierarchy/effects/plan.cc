@@ -14,12 +14,12 @@ constexpr double kShareOfOne = 1.0 / 5, kShareOfAll = 1.0 / 2;
 std::vector<Effect> DetectAll(const Hierarchy& hierarchy, double accuracy) {
   const Scene& scene = hierarchy.scene();
   return {
-      DetectColour(hierarchy),   DetectOcclusion(hierarchy),  DetectInterreflection(hierarchy),
-      DetectClosure(hierarchy),  DetectTwoSided(hierarchy),   DetectTextures(scene),
-      DetectEmissionMaps(scene), DetectOpacityMaps(scene),    DetectMirrors(hierarchy, accuracy),
-      DetectGloss(scene),        DetectClearGlass(hierarchy), DetectLights(hierarchy),
-      DetectSun(hierarchy),      DetectSky(hierarchy),        DetectMedium(hierarchy),
-      DetectSheets(hierarchy),
+      DetectColour(hierarchy),   DetectOcclusion(hierarchy),    DetectInterreflection(hierarchy),
+      DetectClosure(hierarchy),  DetectTwoSided(hierarchy),     DetectTextures(scene),
+      DetectEmissionMaps(scene), DetectOpacityMaps(scene),      DetectMirrors(hierarchy, accuracy),
+      DetectGloss(scene),        DetectClearGlass(hierarchy),   DetectLights(hierarchy),
+      DetectSun(hierarchy),      DetectSky(hierarchy),          DetectMedium(hierarchy),
+      DetectSheets(hierarchy),   DetectFluorescence(hierarchy),
   };
 }
 
@@ -80,7 +80,8 @@ Effect& Find(std::vector<Effect>& effects, std::string_view name) {
 void TakeBackBounds(std::vector<Effect>* effects) {
   const Effect& mirrors = Find(*effects, "mirrors");
   if (!mirrors.present || mirrors.support != Support::kSwitchable) return;
-  for (const char* name : {"colour", "interreflection", "medium", "clear-glass", "sheets"}) {
+  for (const char* name :
+       {"colour", "interreflection", "medium", "clear-glass", "sheets", "fluorescence"}) {
     Effect& effect = Find(*effects, name);
     if (effect.bound.value_or(0) > 0) effect.bound.reset();
   }
@@ -108,10 +109,14 @@ EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const Effe
   Effect& closure = Find(table.effects, "closure");
   const bool asked_for = choice.on.contains("closure") || choice.base == EffectsChoice::Base::kAll;
   if (closure.on && !asked_for && !Find(table.effects, "interreflection").on &&
-      !Find(table.effects, "sheets").on) {
+      !Find(table.effects, "sheets").on && !Find(table.effects, "fluorescence").on) {
     Decide(false, "direct light alone: what rows miss is not magnified", &closure);
   }
-  table.plan.channels = Find(table.effects, "colour").on ? 3 : 1;
+  const Effect& fluorescence = Find(table.effects, "fluorescence");
+  table.plan.fluorescence = fluorescence.on;
+  // Light that changes its channel needs all.
+  const bool coloured = fluorescence.present && fluorescence.on;
+  table.plan.channels = coloured || Find(table.effects, "colour").on ? 3 : 1;
   if (table.plan.channels == 1) {
     SetLightColour(hierarchy, &table.plan);
     table.plan.grey_error = Find(table.effects, "colour").bound.value_or(0);

@@ -3,6 +3,7 @@
 
 #include "common/hierarchy/effects/detectors.h"
 #include "common/hierarchy/effects/landing.h"
+#include "common/hierarchy/fluorescence.h"
 #include "common/scene/translucency.h"
 
 namespace isolux {
@@ -11,12 +12,12 @@ namespace {
 double LargestOf(const Rgb& c) { return std::max({c.x, c.y, c.z}); }
 
 // With sheets H = F(E + ρH + τPH), P from side to side; without H' = F(E + ρH'). So H − H' =
-// (I − Fρ)⁻¹ F τPH, and Σ A(H − H') ≤ Σ τ A H/(1 − ρ_max). What sheets pass on is at most τ of all
-// light, and no more than τ times their area times the brightest that shines on them,
-// E_max/(1 − α_max), α = ρ + τ, since a sheet brightens nothing; and Σ A H is no less than what
-// lands straight from the lamps.
+// (I − Fρ)⁻¹ F τPH, and Σ A(H − H') ≤ Σ τ A H/(1 − ρ_max), ρ with what is reradiated. What sheets
+// pass on is at most τ of all light, and no more than τ times their area times the brightest that
+// shines on them, E_max/(1 − α_max) over all channels, α = ρ + τ, since a sheet brightens nothing;
+// and Σ A H is no less than what lands straight from the lamps.
 double BoundOf(const Hierarchy& hierarchy, double largest, double passing_m2) {
-  const double rest = 1 - LargestReflectance(hierarchy);
+  const double rest = 1 - LargestShare(hierarchy, {.reflected = true, .reradiated = true});
   const Scene& scene = hierarchy.scene();
   const bool from_maps = std::ranges::any_of(
       scene.materials, [](const Material& m) { return m.exitance_map.texture != kNoTexture; });
@@ -39,26 +40,26 @@ Rgb TransmittanceOf(const Hierarchy& hierarchy, const Surface& surface) {
   return IsSheet(scene, polygon) ? scene.materials[polygon.material].transmittance : Rgb(0.0);
 }
 
-double LargestTransmittance(const Hierarchy& hierarchy) {
+double LargestShare(const Hierarchy& hierarchy, const Shares& shares) {
   double largest = 0;
   for (const Surface& surface : hierarchy.surfaces()) {
-    largest = std::max(largest, LargestOf(TransmittanceOf(hierarchy, surface)));
+    Rgb other(0.0);
+    if (shares.passed) other += TransmittanceOf(hierarchy, surface);
+    if (shares.reradiated) other += ReradiationOf(hierarchy.scene(), surface).Taken();
+    if (!shares.reflected) {
+      largest = std::max(largest, LargestOf(other));
+    } else if (hierarchy.maps().Varies(surface.polygon)) {
+      // Of a map the brightest texel, in whatever channel.
+      largest = std::max(largest, hierarchy.maps().Largest(surface) + LargestOf(other));
+    } else {
+      largest = std::max(largest, LargestOf(surface.reflectance + other));
+    }
   }
   return largest;
 }
 
 double LargestAlbedo(const Hierarchy& hierarchy) {
-  double largest = LargestReflectance(hierarchy);
-  for (const Surface& surface : hierarchy.surfaces()) {
-    const Rgb passed = TransmittanceOf(hierarchy, surface);
-    if (passed == Rgb(0.0)) continue;
-    // Of a map the brightest texel, in whatever channel.
-    const double reflected = hierarchy.maps().Largest(surface);
-    largest = std::max(largest, hierarchy.maps().Varies(surface.polygon)
-                                    ? reflected + LargestOf(passed)
-                                    : LargestOf(surface.reflectance + passed));
-  }
-  return largest;
+  return LargestShare(hierarchy, {.reflected = true, .passed = true, .reradiated = true});
 }
 
 Effect DetectSheets(const Hierarchy& hierarchy) {

@@ -330,6 +330,24 @@ TEST_F(Import, SheetsPassOnNoMoreThanIsLeft) {
   EXPECT_THAT(ErrorOf(text), HasSubstr("Td before the first newmtl"));
 }
 
+TEST_F(Import, FluorescenceGivesOutNoMoreThanArrives) {
+  materials_ += "newmtl dye\nKd 0.2 0.3 0.1\nTd 0.1\nFl 0.5 0.2 0.4\n";
+  const std::string text = WithLamp(std::string(kFloor) + "usemtl dye\nf 5 6 7\n");
+  const Scene scene = Read(text);
+  EXPECT_EQ(scene.materials[1].reradiation, (Reradiation{0.5, 0.2, 0.4}));
+  EXPECT_EQ(scene.materials[1].reflectance, Rgb(0.2, 0.3, 0.1));
+  EXPECT_EQ(scene.materials[1].transmittance, Rgb(0.1));
+  EXPECT_EQ(Encode(Decode(Encode(scene)).value()), Encode(scene));
+  const std::string good = materials_;
+  materials_ = good + "Kd 0.2 0.6 0.1\n";
+  EXPECT_THAT(ErrorOf(text),
+              HasSubstr("'dye' gives out 1.1 of what arrives of green by Kd, Td and"));
+  materials_ = good + "Fl 0.3\n";
+  EXPECT_THAT(ErrorOf(text), HasSubstr("Fl needs three numbers"));
+  materials_ = good + "Fl 0.3 -1 0\n";
+  EXPECT_THAT(ErrorOf(text), HasSubstr("Fl '-1' is not a number of 0 or more"));
+}
+
 TEST_F(Import, FacesWithoutAMaterialAreGrey) {
   const Scene scene = Read(
       "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nmtllib test.mtl\n"

@@ -1,0 +1,23 @@
+// What leaves radiate beyond E + ρH, as a snapshot has it: light that comes through translucent
+// sheets, and light of shorter wavelength given out again.
+#pragma once
+
+#include <vector>
+
+#include "common/hierarchy/fluorescence.h"
+#include "common/hierarchy/snapshot.h"
+#include "common/hierarchy/translucent_sheets.h"
+
+namespace isolux {
+
+struct PassedLight {
+  Rgb radiosity{0.0};  // W/m²
+  double spread = 0;   // its range within the leaf, W/m²
+};
+
+// By leaf. Empty where there are no sheets and nothing fluoresces; either may be null.
+std::vector<PassedLight> PassedLightOf(const std::vector<LeafRecord>& leaves,
+                                       const TranslucentSheets* sheets,
+                                       const Fluorescence* fluorescence);
+
+}  // namespace isolux
