@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Writes the tables and the plot of docs/accuracy.md anew: sweeps over three published scenes and the
+# Writes the tables and the plot of docs/accuracy.md anew: sweeps over five published scenes and the
 # project's room, with two workers of one thread, by the programs of a release build.
 #   tests/bench/accuracy.sh FOLDER [BUILD]
 # FOLDER holds the scenes, one folder each, NAME/NAME.obj. Takes some minutes of a quiet machine.
@@ -24,7 +24,9 @@ sweep() {
 sweep room "$root/scenes/room.obj" 0.2,0.1,0.05
 sweep cornell_box "$folder/cornell_box/cornell_box.obj" 0.2,0.1,0.05,0.02 --unit mm
 sweep rp_cube "$folder/rp_cube/rp_cube.obj" 0.2,0.1,0.05 --emit both
+sweep rp_corridor "$folder/rp_corridor/rp_corridor.obj" 0.2,0.1,0.05 --emit both
 sweep simple_office "$folder/simple_office/simple_office.obj" 0.2,0.1,0.05 --emit both
+sweep modern_hall "$folder/modern_hall/modern_hall.obj" 0.2,0.1
 
 {
   echo "| scene | asked | estimated | true | estimated/true | true RMS | 95 % of points within | links | rays, thousands | seconds |"
@@ -53,7 +55,7 @@ awk -F, '
   function x(links) { return 60 + 560 * (log(links) / log(10) - 2) / 4 }
   function y(error) { return 340 - 310 * (log(error) / log(10) + 3) / 2.5 }
   BEGIN {
-    split("#2a78d6 #d6592a #2a9d5c #8a4fc4", colour, " ")
+    split("#2a78d6 #d6592a #2a9d5c #8a4fc4 #b08a12 #555555", colour, " ")
     print "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 640 390\" font-family=\"sans-serif\" font-size=\"12\">"
     print "<rect width=\"640\" height=\"390\" fill=\"white\"/>"
     for (p = 2; p <= 6; ++p)
@@ -66,7 +68,7 @@ awk -F, '
   FNR == 1 {
     for (i = 1; i <= NF; ++i) at[$i] = i
     name = FILENAME; sub(/\.csv$/, "", name); ++n; before = ""
-    printf "<text x=\"%g\" y=\"20\" fill=\"%s\">%s</text>\n", 60 + 140 * (n - 1), colour[n], name
+    printf "<text x=\"%g\" y=\"20\" fill=\"%s\">%s</text>\n", 60 + 97 * (n - 1), colour[n], name
     next
   }
   {
