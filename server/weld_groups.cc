@@ -17,16 +17,7 @@ struct Edge {
   uint32_t polygon = 0;
 };
 
-// Panes of glass come after the polygons: light changes abruptly along what they touch, too.
-ConvexPolygon ShapeOf(const Scene& scene, uint32_t number) {
-  if (number < scene.polygons.size()) return SideGeometry(scene, number, Side::kFront);
-  const Pane& pane = scene.glazing.panes[number - scene.polygons.size()];
-  ConvexPolygon shape;
-  shape.count = static_cast<int>(pane.count);
-  shape.v = pane.corners;
-  return shape;
-}
-
+// Of panes of glass, too: light changes abruptly along what they touch.
 std::vector<Edge> EdgesOf(const Scene& scene) {
   std::vector<Edge> edges;
   for (uint32_t p = 0; p < scene.polygons.size() + scene.glazing.panes.size(); ++p) {

@@ -8,16 +8,6 @@
 namespace isolux {
 namespace {
 
-// Panes of glass come after the polygons.
-ConvexPolygon ShapeOf(const Scene& scene, uint32_t number) {
-  if (number < scene.polygons.size()) return SideGeometry(scene, number, Side::kFront);
-  const Pane& pane = scene.glazing.panes[number - scene.polygons.size()];
-  ConvexPolygon shape;
-  shape.count = static_cast<int>(pane.count);
-  shape.v = pane.corners;
-  return shape;
-}
-
 std::vector<Bounds3> BoxesOf(const Scene& scene) {
   std::vector<Bounds3> boxes;
   for (uint32_t p = 0; p < scene.polygons.size(); ++p) boxes.push_back(BoundsOf(scene, p));

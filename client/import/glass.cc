@@ -14,13 +14,6 @@ constexpr double kThickest_m = 0.04, kThickestOfSize = 0.1;
 // Cosine between planes of a slab.
 constexpr double kParallel = 0.9999;
 
-ConvexPolygon ShapeOf(const Pane& pane) {
-  ConvexPolygon shape;
-  shape.count = static_cast<int>(pane.count);
-  shape.v = pane.corners;
-  return shape;
-}
-
 bool Holds(const ConvexPolygon& polygon, const Vec3& normal, const Vec3& point) {
   for (int i = 0; i < polygon.count; ++i) {
     const Vec3 along = polygon.v[(i + 1) % polygon.count] - polygon.v[i];

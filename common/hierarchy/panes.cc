@@ -48,9 +48,7 @@ Panes::Panes(const Glazing& glazing, double extent_m, bool grey)
   std::vector<Bounds3> boxes;
   for (const Pane& pane : glazing.panes) {
     const std::span<const Vec3> corners(pane.corners.data(), pane.count);
-    ConvexPolygon shape;
-    shape.count = static_cast<int>(pane.count);
-    shape.v = pane.corners;
+    const ConvexPolygon shape = ShapeOf(pane);
     Plane plane;
     plane.normal = shape.Normal();
     plane.point = shape.Centroid();

@@ -57,4 +57,16 @@ std::vector<Surface> MakeSurfaces(const Scene& scene) {
   return surfaces;
 }
 
+ConvexPolygon ShapeOf(const Pane& pane) {
+  ConvexPolygon shape;
+  shape.count = static_cast<int>(pane.count);
+  shape.v = pane.corners;
+  return shape;
+}
+
+ConvexPolygon ShapeOf(const Scene& scene, uint32_t number) {
+  if (number < scene.polygons.size()) return SideGeometry(scene, number, Side::kFront);
+  return ShapeOf(scene.glazing.panes[number - scene.polygons.size()]);
+}
+
 }  // namespace isolux

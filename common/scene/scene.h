@@ -132,6 +132,9 @@ std::vector<Surface> MakeSurfaces(const Scene& scene);
 
 // A side's polygon; that of the back has the order of its corners reversed.
 ConvexPolygon SideGeometry(const Scene& scene, uint32_t polygon, Side side);
+ConvexPolygon ShapeOf(const Pane& pane);
+// Of a polygon's front, or of a pane; panes are numbered after all polygons.
+ConvexPolygon ShapeOf(const Scene& scene, uint32_t number);
 
 struct SceneLimits {
   uint64_t polygons = 5'000'000;

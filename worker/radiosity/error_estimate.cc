@@ -28,7 +28,7 @@ constexpr double kSquareScale = 0x1p26, kLargestAmplitude = 4096;
 constexpr double kAmplitudeScale = 0x1p30;  // of sums of amplitudes
 
 // Variance of a form factor F over an element, over the most that it can be, mean F · (range − mean
-// F): 1 where there are but two values, 1/3 where all are alike.
+// F): 1 where there are but two values, 1/3 where F grows evenly from 0.
 constexpr double kShareOfVariance = 0.5;
 
 // Of the sum of two squares.
@@ -184,7 +184,7 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
     const double reflected = area * AlbedoOf(leaves, i) * Root(l.total, unreflected);
     parts.sums[3].Add(reflected * reflected);
     const double returns = static_cast<double>(doubts_and_returns[i][1]) / kAmplitudeScale;
-    parts.sums[4].Add(area * returns * (1 - SumOf(leaves.reflectance[i]) / 3));
+    parts.sums[4].Add(area * returns * (1 - AlbedoOf(leaves, i)));
   }
   ASSIGN_OR_RETURN(const Reduction by_cause, exchange.Reduce(std::move(parts)));
   const double absorbing = std::max(totals.sums[2].Value(), 1e-6 * lit_area);
