@@ -31,6 +31,21 @@ uint32_t Workers(const JobInfo& job) {
   return job.summary.workers > 0 ? job.summary.workers : job.activity.workers;
 }
 
+std::vector<MeasuredEffect> Measured(const SolveSummary& summary) {
+  return summary.rounds.empty() ? std::vector<MeasuredEffect>() : summary.rounds.front().measured;
+}
+
+json MeasuredEffects(const SolveSummary& summary) {
+  json list = json::array();
+  for (const MeasuredEffect& effect : Measured(summary)) {
+    list.push_back({{"name", effect.name},
+                    {"decision", effect.off ? "off" : "on"},
+                    {"measured", effect.Neglect()},
+                    {"bound", effect.bound ? json(*effect.bound) : json()}});
+  }
+  return list;
+}
+
 json ErrorParts(const RoundSummary& round) {
   return {{"spread", round.error_spread},
           {"visibility", round.error_visibility},
@@ -105,6 +120,7 @@ json ToJson(const JobInfo& job) {
       {"error_parts", some ? ErrorParts(last) : json()},
       {"forecast", ForecastOf(job)},
       {"history", History(job.summary.rounds)},
+      {"measured_effects", MeasuredEffects(job.summary)},
       {"finishing", job.finishing},
       {"polygons", job.polygons},
       {"elements", known(last.elements)},
@@ -184,6 +200,7 @@ std::string Describe(const JobInfo& job) {
     row("elements", std::to_string(last.elements));
     row("links", std::to_string(last.links));
   }
+  for (const MeasuredEffect& effect : Measured(job.summary)) row("effect", ToText(effect));
   row("rays", std::to_string(Rays(job.summary)));
   row("seconds", fmt::format("{:.2f}", Seconds(job)));
   row("workers", std::to_string(Workers(job)));

@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "common/scene/forecast.h"
@@ -36,9 +37,16 @@ double SecondsSince(Clock::time_point start) {
 }
 
 // Of options that were checked when the job was handed in.
-EffectsTable Plan(const Hierarchy& hierarchy, const SolveOptions& options) {
+EffectsTable Plan(const Hierarchy& hierarchy, const SolveOptions& options,
+                  std::span<const MeasuredEffect> measured) {
   return PlanEffects(hierarchy, options.accuracy,
-                     ParseEffectsChoice(options.effects).value_or(EffectsChoice{}));
+                     ParseEffectsChoice(options.effects).value_or(EffectsChoice{}), measured);
+}
+
+// Of a job that has rounds already.
+std::vector<MeasuredEffect> MeasuredBefore(const JobInput& input) {
+  if (input.snapshots.empty() || input.rounds.empty()) return {};
+  return input.rounds.front().measured;
 }
 
 uint64_t DefaultMemoryShare() {
@@ -49,33 +57,14 @@ uint64_t DefaultMemoryShare() {
 
 }  // namespace
 
-const char* ToText(JobProgress::Stage stage) {
-  switch (stage) {
-    case JobProgress::Stage::kStarting:
-      return "starting";
-    case JobProgress::Stage::kRefining:
-      return "refining";
-    case JobProgress::Stage::kSolving:
-      return "solving";
-    case JobProgress::Stage::kSnapshot:
-      return "snapshot";
-    case JobProgress::Stage::kBalancing:
-      return "balancing";
-    case JobProgress::Stage::kReplaying:
-      return "replaying";
-    case JobProgress::Stage::kGathering:
-      return "gathering";
-  }
-  return "unknown";
-}
-
 struct JobRunner::Impl {
   Impl(JobInput input_in, JobCallbacks callbacks_in, JobLimits limits_in)
       : input(std::move(input_in)),
         callbacks(std::move(callbacks_in)),
         limits(std::move(limits_in)),
         hierarchy(*input.scene),
-        effects(Plan(hierarchy, input.options)) {
+        measured(MeasuredBefore(input)),
+        effects(Plan(hierarchy, input.options, measured)) {
     if (limits.memory_share_bytes == 0) limits.memory_share_bytes = DefaultMemoryShare();
     const size_t known = std::min(input.snapshots.size(), input.rounds.size());
     for (size_t k = 0; k < known; ++k) {
@@ -94,6 +83,7 @@ struct JobRunner::Impl {
   Status Start();
   Status Replay();
   Status RunRound(const ScheduleDecision& decision);
+  Status Revise(const std::vector<MeasuredEffect>& found);
   Status TakeSnapshot(uint32_t round, double epsilon);
   Status Survey();
   Status Rebalance(const CutLoads& loads, RoundSummary* row);
@@ -111,7 +101,8 @@ struct JobRunner::Impl {
   JobCallbacks callbacks;
   JobLimits limits;
   const Hierarchy hierarchy;
-  const EffectsTable effects;
+  std::vector<MeasuredEffect> measured;  // by the first round
+  EffectsTable effects;
   Traffic traffic;
   Clock::time_point told = started;
   std::optional<JobProgress> last_told;
@@ -131,6 +122,7 @@ struct JobRunner::Impl {
   std::map<NodeId, uint64_t> links_before;  // of nodes of the cut, a round ago
   double emitted_w = 0;
   bool everyone_left = false;  // drained
+  bool revised = false;        // the plan: the workers are to start anew
 
   std::set<uint64_t> gone;  // connections that were lost or released
   uint32_t restarts = 0;    // since the last finished round
@@ -163,7 +155,7 @@ Result<SolveResult> JobRunner::Impl::Run() {
       return Error(StatusCode::kAborted, "{} workers were lost in round {}, the last one {}: {}",
                    restarts, summary.rounds.size() + 1, slot.name, why.message());
     }
-    if (std::exchange(everyone_left, false)) continue;
+    if (std::exchange(everyone_left, false) || std::exchange(revised, false)) continue;
     if (crew != nullptr) crew->Dismiss(MessageKind::kCancelJob, input.job);
     return tl::unexpected<Status>(patch.error());
   }
@@ -225,7 +217,7 @@ Status JobRunner::Impl::Assemble() {
 
 Status JobRunner::Impl::Start() {
   Tell(JobProgress::Stage::kStarting);
-  StartJob start{input.job, input.scene_hash, input.options, assignment, 0};
+  StartJob start{input.job, input.scene_hash, input.options, assignment, 0, measured};
   for (uint32_t w = 0; w < crew->size(); ++w) {
     start.self = w;
     RETURN_IF_ERROR(crew->Send(w, MessageKind::kStartJob, Encode(start)));
@@ -301,6 +293,10 @@ Status JobRunner::Impl::RunRound(const ScheduleDecision& decision) {
   }
   ASSIGN_OR_RETURN(RoundSummary row, MergeReports(reports, round));
   ASSIGN_OR_RETURN(const CutLoads loads, MergeLoads(reports, assignment));
+  if (round == 1) {
+    RETURN_IF_ERROR(Revise(row.measured));
+    row.measured = measured;
+  }
 
   const Clock::time_point snapshot_start = Clock::now();
   RETURN_IF_ERROR(TakeSnapshot(round, decision.epsilon));
@@ -323,6 +319,19 @@ Status JobRunner::Impl::RunRound(const ScheduleDecision& decision) {
   done.bytes_out = after.out - before.out;
   Announce();
   return balanced;
+}
+
+// Decides again once the first round has measured what neglecting effects costs. Where one is left
+// out for it, what was done so far is dropped. Not more than once: who starts with what was
+// measured measures nothing.
+Status JobRunner::Impl::Revise(const std::vector<MeasuredEffect>& found) {
+  if (found.empty()) return {};
+  measured = found;
+  effects = Plan(hierarchy, input.options, measured);
+  revised = NoteDecisions(effects, &measured);
+  if (!revised) return {};
+  next.reset();
+  return {StatusCode::kUnavailable, "the first round leaves out what was simulated"};
 }
 
 Status JobRunner::Impl::TakeSnapshot(uint32_t round, double epsilon) {

@@ -17,6 +17,7 @@
 #include "common/scene/scene.h"
 #include "common/scene/solve_options.h"
 #include "common/util/status.h"
+#include "server/job_progress.h"
 #include "server/output_mesh.h"
 #include "server/traffic.h"
 
@@ -51,27 +52,6 @@ struct JobLimits {
   uint32_t gather_batch = 65536;    // elements asked for at once
   OutputMeshOptions output;         // its accuracy is taken from the job
 };
-
-// Finer news between rounds.
-struct JobProgress {
-  enum class Stage {
-    kStarting,
-    kRefining,
-    kSolving,
-    kSnapshot,
-    kBalancing,
-    kReplaying,
-    kGathering
-  };
-  Stage stage = Stage::kStarting;
-  uint32_t round = 0;       // from 1
-  uint32_t iterations = 0;  // matrix products of this round so far
-  double epsilon = 0;       // W
-  double seconds = 0;       // since the start of the job
-  uint64_t gathered = 0;    // output elements so far
-  uint32_t workers = 0;
-};
-const char* ToText(JobProgress::Stage stage);
 
 // All but `workers` and `next_epoch` may be empty.
 struct JobCallbacks {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <span>
 
 #include "common/scene/forecast.h"
@@ -21,7 +22,7 @@ bool Agree(const RoundReport& a, const RoundReport& b) {
          a.leaks.leaves == b.leaks.leaves && same(a.leaks.area_share, b.leaks.area_share) &&
          same(a.energy_imbalance, b.energy_imbalance) && a.emitted_w == b.emitted_w &&
          a.absorbed_w == b.absorbed_w && a.escaped_w == b.escaped_w && a.medium_w == b.medium_w &&
-         a.glass_w == b.glass_w;
+         a.glass_w == b.glass_w && a.measured == b.measured;
 }
 
 void AddTo(const RoundReport& report, RoundSummary* row) {
@@ -189,11 +190,15 @@ std::string RepairLine(const RepairReport::Entry& entry) {
 }
 
 std::string EffectLine(const Effect& effect) {
-  return fmt::format("{} {} present {} bound {} evidence {}; {}", effect.name,
+  const auto number = [](const std::optional<double>& value) {
+    return value ? fmt::format("{:.4g}", *value) : std::string("-");
+  };
+  Figures line;
+  line.Add("present", effect.present ? "yes" : "no").Add("bound", number(effect.bound));
+  if (effect.measured) line.Add("measured", number(effect.measured));
+  return fmt::format("{} {} {} evidence {}; {}", effect.name,
                      effect.decision == "not simulated" ? "not-simulated" : effect.decision,
-                     effect.present ? "yes" : "no",
-                     effect.bound ? fmt::format("{:.4g}", *effect.bound) : "-", effect.evidence,
-                     effect.reason);
+                     line.text(), effect.evidence, effect.reason);
 }
 
 }  // namespace
@@ -240,6 +245,7 @@ Result<RoundSummary> MergeReports(const PerWorker<RoundReport>& reports, uint32_
   row.escaped_w = first->escaped_w;
   row.medium_w = first->medium_w;
   row.glass_w = first->glass_w;
+  row.measured = first->measured;
   const auto workers = static_cast<double>(
       std::count_if(reports.begin(), reports.end(), [](const auto& r) { return r.has_value(); }));
   const double total = std::accumulate(row.worker_cpu_s.begin(), row.worker_cpu_s.end(), 0.0);

@@ -42,7 +42,8 @@ Result<PatchFile> BuildLatest(const Scene& scene, const Snapshot& newest, const 
   const double error = AddVariation(hierarchy, &snapshot);
   const EffectsTable effects =
       PlanEffects(hierarchy, job.options.accuracy,
-                  ParseEffectsChoice(job.options.effects).value_or(EffectsChoice{}));
+                  ParseEffectsChoice(job.options.effects).value_or(EffectsChoice{}),
+                  job.summary.rounds.front().measured);
   OutputMeshOptions options;
   options.sheets = TranslucentSheets(hierarchy, effects.plan);
   options.fluorescence = Fluorescence(hierarchy, effects.plan);

@@ -359,7 +359,8 @@ TEST(Mirrors, NeglectCostsNoMoreThanItsBound) {
     const auto row = std::ranges::find(table.effects, "mirrors", &Effect::name);
     ASSERT_TRUE(row->present && row->bound.has_value());
     EXPECT_TRUE(row->on);
-    const SolveResult with = Solve(scene, 0.02), without = Solve(scene, 0.02, "-mirrors");
+    const SolveResult with = Solve(scene, 0.02, "+mirrors"),
+                      without = Solve(scene, 0.02, "-mirrors");
     double all = 0, missing = 0;
     for (uint32_t p = 0; p < 6; ++p) {
       all += PowerOn(with, p);

@@ -222,7 +222,7 @@ Status Server::Start(const Message& message) {
   job_->exchange = std::make_unique<PortExchange>(port_, inbox_, message.epoch, start.self,
                                                   options_.reply_limit_s);
   job_->exchange->SetAssignment(start.assignment);
-  RETURN_IF_ERROR(job_->shard->Start(start.options, start.assignment, start.self));
+  RETURN_IF_ERROR(job_->shard->Start(start.options, start.assignment, start.self, start.measured));
   const Rgb emitted_w = job_->shard->EmittedPower();
   return Reply(MessageKind::kStarted, Started{{emitted_w.x, emitted_w.y, emitted_w.z}});
 }

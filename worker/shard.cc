@@ -16,9 +16,11 @@
 #include "worker/radiosity/escape.h"
 #include "worker/radiosity/gather.h"
 #include "worker/radiosity/given.h"
+#include "worker/radiosity/leaf_records.h"
 #include "worker/radiosity/leaks.h"
 #include "worker/radiosity/link_counts.h"
 #include "worker/radiosity/link_errors.h"
+#include "worker/radiosity/neglect.h"
 #include "worker/radiosity/one_channel.h"
 #include "worker/radiosity/pass_on.h"
 #include "worker/radiosity/solver.h"
@@ -39,6 +41,7 @@ struct Shard::Impl {
   Tree tree;
   SolveOptions options;
   EffectsPlan plan;
+  std::vector<std::string> to_measure;  // effects, in the first round
   std::unique_ptr<NodeSampler> sampler;
   std::optional<LinkProver> prover;
   std::unique_ptr<Placement> placement;
@@ -84,9 +87,9 @@ struct Shard::Impl {
   Result<SolverResultOf<V>> SolveLeaves(Product& product, const LeafSystemOf<V>& leaves,
                                         std::type_identity_t<std::span<const V>> start,
                                         double accuracy, Exchange& exchange) const;
-  // The own leaves' part of the next snapshot.
-  void Record(const ActiveNodes& nodes, const LeafSystem& leaves, std::span<const Lanes> irradiance,
-              const ErrorEstimate& errors, std::span<const double> escape);
+  Status Measure(const LeafSystem& leaves, const SolverResult& solution,
+                 const ErrorEstimate& errors, Product& product, Exchange& exchange,
+                 RoundReport& report) const;
   Status AddErrors(const ActiveNodes& nodes, const LeafSystem& leaves, const SolverResult& solution,
                    const ErrorEstimate& errors, const ClosureSummary& closing, Exchange& exchange,
                    RoundReport& report) const;
@@ -100,10 +103,13 @@ Shard::Shard(std::shared_ptr<const Scene> scene, ThreadPool* pool)
     : impl_(std::make_unique<Impl>(std::move(scene), pool)) {}
 Shard::~Shard() = default;
 
-Status Shard::Start(const SolveOptions& options, const Assignment& assignment, uint32_t self) {
+Status Shard::Start(const SolveOptions& options, const Assignment& assignment, uint32_t self,
+                    std::span<const MeasuredEffect> measured) {
   impl_->options = options;
   ASSIGN_OR_RETURN(const EffectsChoice choice, ParseEffectsChoice(options.effects));
-  impl_->plan = PlanEffects(impl_->hierarchy, options.accuracy, choice).plan;
+  EffectsTable effects = PlanEffects(impl_->hierarchy, options.accuracy, choice, measured);
+  impl_->plan = effects.plan;
+  impl_->to_measure = measured.empty() ? std::move(effects.to_measure) : std::vector<std::string>();
   RETURN_IF_ERROR(impl_->SetAbsorbers());
   if (impl_->plan.occlusion && !impl_->prover) impl_->prover.emplace(impl_->hierarchy);
   impl_->gatherer.reset();
@@ -278,6 +284,7 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
     ASSIGN_OR_RETURN(closing, Close(product, leaves, rows, RowsMay::kFall, tolerance, exchange));
     ASSIGN_OR_RETURN(solution, solve());
   }
+  solution.neglected += plan.measured_error;
   RETURN_IF_ERROR(AddPassedLight(product, solution.irradiance, leaves));
   ASSIGN_OR_RETURN(const ErrorEstimate errors,
                    EstimateError(product, tree, leaves, solution.irradiance, given,
@@ -290,8 +297,23 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
   ASSIGN_OR_RETURN(report.leaks, CountLeaks(leaves, solution.irradiance, closing.bend,
                                             hierarchy.clusters()[0].area_m2, exchange));
   report.memory_bytes = product.memory_bytes();
-  Record(nodes, leaves, solution.irradiance, errors, escape);
+  solved.leaves = RecordLeaves(tree, nodes.leaves, leaves, solution.irradiance, errors, escape);
+  if (snapshot.round == 0 && !to_measure.empty()) {
+    RETURN_IF_ERROR(Measure(leaves, solution, errors, product, exchange, report));
+  }
   return AddErrors(nodes, leaves, solution, errors, closing, exchange, report);
+}
+
+Status Shard::Impl::Measure(const LeafSystem& leaves, const SolverResult& solution,
+                            const ErrorEstimate& errors, Product& product, Exchange& exchange,
+                            RoundReport& report) const {
+  const SolveFunction<Single> solve = [&](const auto& sources, auto from, double to) {
+    return SolveLeaves<Single>(product, sources, from, to, exchange);
+  };
+  ASSIGN_OR_RETURN(report.measured,
+                   MeasureNeglect(to_measure, hierarchy, leaves, solution.irradiance, errors,
+                                  report, product, solve, exchange));
+  return {};
 }
 
 Status Shard::Impl::AddErrors(const ActiveNodes& nodes, const LeafSystem& leaves,
@@ -313,32 +335,6 @@ Status Shard::Impl::AddErrors(const ActiveNodes& nodes, const LeafSystem& leaves
   report.error_coupling = errors.coupling;
   report.error_solver = errors.solver;
   return {};
-}
-
-void Shard::Impl::Record(const ActiveNodes& nodes, const LeafSystem& leaves,
-                         std::span<const Lanes> irradiance, const ErrorEstimate& errors,
-                         std::span<const double> escape) {
-  solved.leaves.clear();
-  for (size_t i = 0; i < nodes.leaves.size(); ++i) {
-    LeafRecord leaf;
-    leaf.id = tree.node(nodes.leaves[i]).id;
-    double sum = 0, largest = 0;
-    for (int c = 0; c < 3; ++c) {
-      leaf.irradiance[c] = irradiance[i][c];
-      sum += leaf.irradiance[c];
-      largest = std::max(largest, leaf.irradiance[c]);
-    }
-    leaf.spread = static_cast<float>(errors.leaves[i].spread);
-    // Of the error over all channels, the worst channel has its share of the light.
-    leaf.error = static_cast<float>(sum > 0 ? errors.leaves[i].error * largest / sum : 0);
-    leaf.closure = static_cast<float>(leaves.closure[i]);
-    leaf.inheritance = static_cast<float>(leaves.inheritance[i]);
-    leaf.escape = static_cast<float>(escape[i]);
-    leaf.doubt = static_cast<float>(errors.leaves[i].doubt);
-    solved.leaves.push_back(leaf);
-  }
-  std::sort(solved.leaves.begin(), solved.leaves.end(),
-            [](const LeafRecord& a, const LeafRecord& b) { return a.id < b.id; });
 }
 
 int Shard::Impl::EscapeRays(uint32_t node) const {

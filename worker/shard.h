@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -30,7 +31,10 @@ class Shard {
   ~Shard();
 
   // Builds the tree, the ray scene and the first links. Needed once a job and after every fault.
-  Status Start(const SolveOptions& options, const Assignment& assignment, uint32_t self);
+  // `measured`: what a first round has measured; where there is nothing, the first round measures
+  // what the plan wants to know.
+  Status Start(const SolveOptions& options, const Assignment& assignment, uint32_t self,
+               std::span<const MeasuredEffect> measured = {});
 
   // Refines to epsilon (W), subscribes, solves to residual power <= accuracy/10 (1−λ) Φ.
   Result<RoundReport> RunRound(double epsilon, double accuracy, Exchange& exchange);

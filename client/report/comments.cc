@@ -62,7 +62,9 @@ json Effect(std::string_view line) {
   const size_t at = std::min(line.find(kEvidence), line.size());
   json effect = Row(line.substr(0, at), {"name", "decision"});
   effect["present"] = effect.value("present", json()) == "yes";
-  if (effect.contains("bound") && !effect["bound"].is_number()) effect["bound"] = nullptr;
+  for (const char* key : {"bound", "measured"}) {
+    if (effect.contains(key) && !effect[key].is_number()) effect[key] = nullptr;
+  }
   effect["evidence"] = std::string(line.substr(std::min(at + kEvidence.size(), line.size())));
   return effect;
 }

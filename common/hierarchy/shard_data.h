@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/hierarchy/node_id.h"
+#include "common/scene/measured_effect.h"
 
 namespace isolux {
 
@@ -60,7 +61,8 @@ struct RoundReport {
   std::array<double, 3> medium_w{};
   std::array<double, 3> glass_w{};  // that the medium absorbs
   Leaks leaks;
-  uint64_t crown_hash = 0;  // of the crown's links; must agree
+  std::vector<MeasuredEffect> measured;  // where this round was to measure some
+  uint64_t crown_hash = 0;               // of the crown's links; must agree
   // This worker's own.
   uint64_t links = 0, leaves = 0, evaluations = 0, rays = 0;
   uint64_t proved_visible = 0, proved_hidden = 0;  // of the evaluations, without a ray

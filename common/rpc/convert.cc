@@ -155,6 +155,7 @@ v1::RoundSummary ToProto(const RoundSummary& round) {
   message.set_output_s(round.output_s);
   message.set_sample_s(round.sample_s);
   message.set_links_per_split(round.links_per_split);
+  PutMeasured(round.measured, message.mutable_measured());
   return message;
 }
 
@@ -213,6 +214,7 @@ Result<RoundSummary> FromProto(const v1::RoundSummary& message) {
   round.output_s = message.output_s();
   round.sample_s = message.sample_s();
   round.links_per_split = message.links_per_split();
+  ASSIGN_OR_RETURN(round.measured, TakeMeasured(message.measured()));
   return round;
 }
 

@@ -1,5 +1,9 @@
 #include "common/rpc/convert_options.h"
 
+#include <utility>
+
+#include "common/scene/effects_choice.h"
+
 namespace isolux {
 
 v1::SolveOptions ToProto(const SolveOptions& options) {
@@ -50,6 +54,37 @@ Result<SolveOptions> FromProto(const v1::SolveOptions& message) {
   options.solver = static_cast<SolverMethod>(message.solver());
   if (!message.effects().empty()) options.effects = message.effects();
   return options;
+}
+
+void PutMeasured(std::span<const MeasuredEffect> measured,
+                 google::protobuf::RepeatedPtrField<v1::MeasuredEffect>* effects) {
+  for (const MeasuredEffect& effect : measured) {
+    v1::MeasuredEffect* message = effects->Add();
+    message->set_name(effect.name);
+    message->set_share(effect.share);
+    message->set_amplification(effect.amplification);
+    if (effect.bound) message->set_bound(*effect.bound);
+    message->set_off(effect.off);
+  }
+}
+
+Result<std::vector<MeasuredEffect>> TakeMeasured(
+    const google::protobuf::RepeatedPtrField<v1::MeasuredEffect>& effects) {
+  if (effects.size() > static_cast<int>(kSwitchableEffects.size())) {
+    return Error(StatusCode::kDataLoss, "{} measured effects; {} is the limit", effects.size(),
+                 kSwitchableEffects.size());
+  }
+  std::vector<MeasuredEffect> measured;
+  for (const v1::MeasuredEffect& message : effects) {
+    MeasuredEffect effect{.name = message.name(),
+                          .share = message.share(),
+                          .amplification = message.amplification(),
+                          .off = message.off()};
+    if (message.has_bound()) effect.bound = message.bound();
+    RETURN_IF_ERROR(Validate(effect));
+    measured.push_back(std::move(effect));
+  }
+  return measured;
 }
 
 }  // namespace isolux

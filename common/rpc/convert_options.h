@@ -1,5 +1,9 @@
-// SolveOptions to its protocol message and back; shared by the job and the worker services.
+// SolveOptions, and what was measured of effects, to protocol messages and back; shared by the job
+// and the worker services.
 #pragma once
+
+#include <span>
+#include <vector>
 
 #include "common/scene/solve_options.h"
 #include "common/util/status.h"
@@ -12,5 +16,11 @@ v1::SolveOptions ToProto(const SolveOptions& options);
 // Checks only what a struct cannot hold (unknown enumerators); SolveOptions::Validate does the
 // rest.
 Result<SolveOptions> FromProto(const v1::SolveOptions& message);
+
+void PutMeasured(std::span<const MeasuredEffect> measured,
+                 google::protobuf::RepeatedPtrField<v1::MeasuredEffect>* effects);
+// No more than there are effects, each known and with numbers that may be.
+Result<std::vector<MeasuredEffect>> TakeMeasured(
+    const google::protobuf::RepeatedPtrField<v1::MeasuredEffect>& effects);
 
 }  // namespace isolux

@@ -80,6 +80,7 @@ std::string Encode(const StartJob& message) {
   *proto.mutable_options() = ToProto(message.options);
   ToProto(message.assignment, proto.mutable_assignment());
   proto.set_self(message.self);
+  PutMeasured(message.measured, proto.mutable_measured());
   return proto.SerializeAsString();
 }
 
@@ -88,7 +89,8 @@ Result<StartJob> DecodeMessage(const std::string& payload) {
   v1::StartJob proto;
   RETURN_IF_ERROR(Parse(payload, "StartJob", &proto));
   RETURN_IF_ERROR(CheckHash(proto.scene_hash(), "StartJob"));
-  StartJob message{proto.job(), proto.scene_hash(), {}, {}, proto.self()};
+  StartJob message{proto.job(), proto.scene_hash(), {}, {}, proto.self(), {}};
+  ASSIGN_OR_RETURN(message.measured, TakeMeasured(proto.measured()));
   ASSIGN_OR_RETURN(message.options, FromProto(proto.options()));
   RETURN_IF_ERROR(FromProto(proto.assignment(), "StartJob", &message.assignment));
   if (message.self >= message.assignment.worker_count) {
@@ -205,6 +207,7 @@ std::string Encode(const RoundReport& message) {
   local->set_worst(message.local_errors.worst);
   local->set_worst_surface(message.local_errors.worst_leaf.surface);
   local->set_worst_path(message.local_errors.worst_leaf.path);
+  PutMeasured(message.measured, proto.mutable_measured());
   proto.set_cut_cost_ns(ToBytes(message.cut_cost_ns));
   proto.set_cut_links(ToBytes(message.cut_links));
   proto.set_cut_elements(ToBytes(message.cut_elements));
@@ -255,6 +258,7 @@ Result<RoundReport> DecodeMessage(const std::string& payload) {
   RETURN_IF_ERROR(FromBytes(local.area(), kWhat, &message.local_errors.area));
   message.local_errors.worst = local.worst();
   message.local_errors.worst_leaf = {local.worst_surface(), local.worst_path()};
+  ASSIGN_OR_RETURN(message.measured, TakeMeasured(proto.measured()));
   RETURN_IF_ERROR(FromBytes(proto.cut_cost_ns(), kWhat, &message.cut_cost_ns));
   RETURN_IF_ERROR(FromBytes(proto.cut_links(), kWhat, &message.cut_links));
   RETURN_IF_ERROR(FromBytes(proto.cut_elements(), kWhat, &message.cut_elements));

@@ -90,6 +90,7 @@ struct StartJob {
   SolveOptions options;
   Assignment assignment;
   uint32_t self = 0;
+  std::vector<MeasuredEffect> measured;  // in a first round of the job that is done
 };
 
 struct NeedScene {

@@ -13,7 +13,9 @@ struct EffectsPlan {
   Rgb light_colour{1.0};  // the largest component is 1
   Rgb exitance_weights{0.0};
   double grey_error = 0;  // bound on what counting reflectances as grey costs, of the mean of H
-  bool occlusion = true;  // polygons stand in each other's light: shadow rays
+  // The same of effects that are left out by what the first round measured.
+  double measured_error = 0;
+  bool occlusion = true;        // polygons stand in each other's light: shadow rays
   bool interreflection = true;  // solved for; else one pass of direct light
   bool closure = true;          // rows are scaled to what they must add up to
   bool lights = true;           // points, spots and directional lights shine

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/measured_effect.h"
 #include "common/util/status.h"
 
 namespace isolux {
@@ -84,6 +85,9 @@ struct RoundSummary {
   double sample_s = 0;  // wall, of taking the sample
   // Links that become of one whose error is just above ε, measured in this round; 0: unknown.
   double links_per_split = 0;
+  // Of the first round: what neglecting effects would cost, and which are left out for that. Where
+  // some are, it is from a round before this one, which counts for nothing else.
+  std::vector<MeasuredEffect> measured;
 };
 
 // Why a solve ended.

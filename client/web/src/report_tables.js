@@ -39,6 +39,7 @@ export function effectTable(effects) {
     words("effect", ({ name }) => name),
     words("present", ({ present }) => (present ? "yes" : "no")),
     numeric("bound on neglecting it", "bound", format.percent),
+    numeric("measured", "measured", format.percent),
     words("decision", ({ decision }) => decision?.replaceAll("-", " ")),
     words("evidence", ({ evidence }) => evidence),
   ], effects);

@@ -20,6 +20,8 @@ struct Effect {
   // No less than Σ_c ∫|ΔH| dA / Σ_c ∫H dA, ΔH what the irradiance would be off without it; nothing
   // where the energy of the scene alone gives no bound.
   std::optional<double> bound = {};
+  // The same, found by the first round of the job.
+  std::optional<double> measured = {};
   Support support = Support::kSwitchable;
   bool on = false;            // simulated
   std::string decision = {};  // "on", "off", "not simulated"

@@ -1,6 +1,7 @@
 #include "common/hierarchy/effects/plan.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "common/hierarchy/effects/detectors.h"
 #include "common/util/check.h"
@@ -29,32 +30,67 @@ void Decide(bool on, std::string reason, Effect* effect) {
   effect->reason = std::move(reason);
 }
 
+// What neglecting it costs at most, by all that is known.
+std::optional<double> CostOf(const Effect& effect) {
+  if (!effect.measured || !effect.bound) return effect.measured ? effect.measured : effect.bound;
+  return std::min(*effect.bound, *effect.measured);
+}
+
 void DecideByBound(double accuracy, Effect* effect) {
+  const std::optional<double> cost = CostOf(*effect);
   if (!effect->present) {
     Decide(false, "nothing calls for it", effect);
-  } else if (!effect->bound) {
+  } else if (!cost) {
     Decide(true, "no bound on what it would cost to neglect it", effect);
   } else {
     const double share = kShareOfOne * accuracy;
-    const bool on = *effect->bound >= share;
+    const bool on = *cost >= share;
     Decide(on,
-           fmt::format("its bound is {} {:.3g}, a fifth of the accuracy",
-                       on ? "not below" : "below", share),
+           fmt::format("{} {} {:.3g}, a fifth of the accuracy",
+                       effect->measured ? "that is" : "its bound is", on ? "not below" : "below",
+                       share),
            effect);
   }
 }
 
-// What is left out although it is present, largest bound first, until the rest may be.
+// What rows are to know of what the first round found.
+void TakeMeasured(std::span<const MeasuredEffect> measured, std::vector<Effect>* effects) {
+  for (const MeasuredEffect& found : measured) {
+    const auto effect = std::ranges::find(*effects, found.name, &Effect::name);
+    if (effect != effects->end()) effect->measured = found.Neglect();
+  }
+}
+
+// Of those that were measured, how the decision came about.
+void SayWhatWasMeasured(std::vector<Effect>* effects) {
+  for (Effect& effect : *effects) {
+    if (!effect.measured) continue;
+    const MeasuredEffect found{.name = effect.name,
+                               .share = *effect.measured / kMeasuredSafety,
+                               .bound = effect.bound,
+                               .off = effect.support == Support::kSwitchable && !effect.on};
+    if (effect.support == Support::kNotSimulated) {
+      effect.reason += "; as if they reflected diffusely, " + DecisionOf(found);
+    } else {
+      effect.reason = DecisionOf(found) + "; " + effect.reason;
+    }
+  }
+}
+
+// What is left out although it is present, largest bound first, until the rest may be. Where some
+// were measured these alone: without them the rest might be.
 double SwitchOnTheLargest(double accuracy, std::vector<Effect>* effects) {
+  const bool measured = std::ranges::any_of(*effects, [](const Effect& e) { return !!e.measured; });
   while (true) {
     double sum = 0;
     Effect* largest = nullptr;
     for (Effect& effect : *effects) {
       if (effect.support != Support::kSwitchable || effect.on || !effect.present) continue;
-      sum += effect.bound.value_or(0);
-      if (largest == nullptr || *effect.bound > *largest->bound) largest = &effect;
+      sum += *CostOf(effect);
+      if (measured && !effect.measured) continue;
+      if (largest == nullptr || *CostOf(effect) > *CostOf(*largest)) largest = &effect;
     }
-    if (!(sum > kShareOfAll * accuracy)) return sum;
+    if (largest == nullptr || !(sum > kShareOfAll * accuracy)) return sum;
     Decide(true, "what would be left out adds up to more than half of the accuracy", largest);
   }
 }
@@ -75,6 +111,21 @@ Effect& Find(std::vector<Effect>& effects, std::string_view name) {
   return *found;
 }
 
+// Whether the first round can say what neglecting this effect costs, and may change the decision.
+bool IsToBeMeasured(const Scene& scene, bool mirrors, const EffectsChoice& choice,
+                    const Effect& effect) {
+  if (!effect.present || choice.on.contains(effect.name)) return false;
+  if (effect.name == "mirrors") {
+    return effect.on || (effect.support == Support::kNotSimulated && effect.bound.has_value());
+  }
+  if (!effect.on) return false;
+  if (effect.name == "sheets" || effect.name == "fluorescence") return true;
+  // What is taken of the light of lights and sky is not measured, nor what mirrors would have
+  // brought of it.
+  const bool lamps_alone = scene.lights.empty() && !scene.sky.exists();
+  return (effect.name == "medium" || effect.name == "clear-glass") && lamps_alone && !mirrors;
+}
+
 // Bounds that rest on surfaces handing on no more light than they receive by the row: before
 // mirrors light arrives once more.
 void TakeBackBounds(std::vector<Effect>* effects) {
@@ -89,10 +140,12 @@ void TakeBackBounds(std::vector<Effect>* effects) {
 
 }  // namespace
 
-EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const EffectsChoice& choice) {
+EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const EffectsChoice& choice,
+                         std::span<const MeasuredEffect> measured) {
   EffectsTable table;
   table.effects = DetectAll(hierarchy, accuracy);
   TakeBackBounds(&table.effects);
+  TakeMeasured(measured, &table.effects);
   for (Effect& effect : table.effects) {
     if (effect.support == Support::kSwitchable) {
       DecideByBound(accuracy, &effect);
@@ -104,6 +157,7 @@ EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const Effe
   }
   if (choice.base == EffectsChoice::Base::kAuto) {
     table.neglected = SwitchOnTheLargest(accuracy, &table.effects);
+    SayWhatWasMeasured(&table.effects);
   }
   Choose(choice, &table.effects);
   Effect& closure = Find(table.effects, "closure");
@@ -131,7 +185,28 @@ EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const Effe
   table.plan.mirrors = Find(table.effects, "mirrors").on;
   table.plan.sheets = Find(table.effects, "sheets").on;
   table.plan.glass = Find(table.effects, "clear-glass").on;
+  for (const Effect& effect : table.effects) {
+    if (effect.measured && effect.support == Support::kSwitchable && !effect.on) {
+      table.plan.measured_error += *CostOf(effect);
+    }
+    if (choice.base == EffectsChoice::Base::kAuto &&
+        IsToBeMeasured(hierarchy.scene(), table.plan.mirrors, choice, effect)) {
+      table.to_measure.push_back(effect.name);
+    }
+  }
   return table;
+}
+
+bool NoteDecisions(const EffectsTable& table, std::vector<MeasuredEffect>* measured) {
+  bool any = false;
+  for (MeasuredEffect& found : *measured) {
+    const auto effect = std::ranges::find(table.effects, found.name, &Effect::name);
+    if (effect == table.effects.end()) continue;
+    found.bound = effect->bound;
+    found.off = effect->support == Support::kSwitchable && !effect->on;
+    any |= found.off;
+  }
+  return any;
 }
 
 }  // namespace isolux

@@ -4,12 +4,15 @@
 // table.
 #pragma once
 
+#include <span>
+#include <string>
 #include <vector>
 
 #include "common/hierarchy/effects/effect.h"
 #include "common/hierarchy/hierarchy.h"
 #include "common/scene/effects_choice.h"
 #include "common/scene/effects_plan.h"
+#include "common/scene/measured_effect.h"
 
 namespace isolux {
 
@@ -17,10 +20,20 @@ struct EffectsTable {
   std::vector<Effect> effects;  // in a fixed order, present or not
   EffectsPlan plan;
   double neglected = 0;  // sum of the bounds of effects that are present and left out for it
+  // Effects whose neglect the first round should measure: they are on for want of a better bound.
+  // And mirrors that are too many to be simulated.
+  std::vector<std::string> to_measure;
 };
 
 // An effect is left out where its bound is below a fifth of the accuracy; where the bounds of all
 // that are left out add up to more than half of it, those of the largest are switched on.
-EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const EffectsChoice& choice);
+// `measured`: of a job whose first round has measured these; what is off by that stays off, and
+// nothing is switched on that was off before.
+EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const EffectsChoice& choice,
+                         std::span<const MeasuredEffect> measured = {});
+
+// Sets bounds and decisions of what was measured to those of this table, which knows of it. Whether
+// any effect is left out for it.
+bool NoteDecisions(const EffectsTable& table, std::vector<MeasuredEffect>* measured);
 
 }  // namespace isolux

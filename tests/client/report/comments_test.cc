@@ -54,7 +54,7 @@ TEST(ReportCommentsTest, EffectsAndRepairs) {
   const json data =
       Read({{"effect",
              "mirror not-simulated present yes bound 0.03 evidence 2 materials; bound too small"},
-            {"effect", "sky off present no bound - evidence none; nothing"},
+            {"effect", "sky off present no bound - measured 2e-4 evidence none; nothing"},
             {"repair", "3 faces divided (room.obj:17)"}});
   EXPECT_EQ(data["effects"][0], json({{"name", "mirror"},
                                       {"decision", "not-simulated"},
@@ -63,6 +63,7 @@ TEST(ReportCommentsTest, EffectsAndRepairs) {
                                       {"evidence", "2 materials; bound too small"}}));
   EXPECT_EQ(data["effects"][1]["present"], false);
   EXPECT_EQ(data["effects"][1]["bound"], json());
+  EXPECT_EQ(data["effects"][1]["measured"], 2e-4);
   EXPECT_EQ(data["repairs"], json({{{"count", 3}, {"what", "faces divided (room.obj:17)"}}}));
 }
 

@@ -95,6 +95,42 @@ TEST(Effects, AFifthOfTheAccuracyDecides) {
   EXPECT_THAT(Find(coarse, "closure").reason, HasSubstr("direct light alone"));
 }
 
+// Colour and interreflection are left out by their bounds, 0.3 and 0.15 of an accuracy that lets
+// both pass; what the first round says of sheets may not bring them back.
+TEST(Effects, WhatIsMeasuredDecidesAndSwitchesNothingOn) {
+  Scene scene = testing::FurnaceCube(0.01, 1);
+  Material sheet{"sheet", Rgb(0.0), Rgb(0.0)};
+  sheet.transmittance = Rgb(0.9);
+  scene.polygons.push_back(scene.polygons[0]);
+  for (uint32_t& v : scene.polygons.back().vertices) {
+    scene.vertices.push_back(0.5 * scene.vertices[v] + Vec3(0.2));
+    v = static_cast<uint32_t>(scene.vertices.size() - 1);
+  }
+  scene.polygons.back().sides = kFrontTakesPart | kBackTakesPart;
+  scene.polygons.back().material = static_cast<uint32_t>(scene.materials.size());
+  scene.materials.push_back(sheet);
+  const double accuracy = 0.6;  // a fifth is above 0.01 / (1 − 0.9), and below 0.9
+  const EffectsTable before = Plan(scene, accuracy);
+  EXPECT_EQ(before.to_measure, std::vector<std::string>{"sheets"});
+  EXPECT_FALSE(before.plan.interreflection);
+  const auto with = [&](double neglect) {
+    MeasuredEffect found{.name = "sheets", .share = neglect / kMeasuredSafety};
+    std::vector<MeasuredEffect> measured{found};
+    const EffectsTable table = PlanEffects(Hierarchy(scene), accuracy, {}, measured);
+    EXPECT_EQ(NoteDecisions(table, &measured), !table.plan.sheets);
+    EXPECT_EQ(measured[0].off, !table.plan.sheets);
+    EXPECT_EQ(measured[0].bound, Find(before, "sheets").bound);
+    EXPECT_FALSE(table.plan.interreflection);
+    return table;
+  };
+  EXPECT_FALSE(with(0.1).plan.sheets);
+  EXPECT_EQ(with(0.1).plan.measured_error, 0.1);
+  EXPECT_THAT(Find(with(0.1), "sheets").reason, HasSubstr("on, then off: measured 0.1"));
+  EXPECT_TRUE(with(0.13).plan.sheets);
+  EXPECT_EQ(with(0.13).plan.measured_error, 0);
+  EXPECT_THAT(Find(with(0.13), "sheets").reason, HasSubstr("measured 0.13 after round 1"));
+}
+
 TEST(Effects, TheUserHasTheLastWord) {
   const Scene scene = testing::FurnaceCube(0.01, 1);
   EXPECT_TRUE(Plan(scene, 0.5, "+interreflection").plan.interreflection);

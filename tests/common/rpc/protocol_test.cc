@@ -81,6 +81,7 @@ RoundReport RandomReport(Random& random) {
   for (uint64_t& area : report.local_errors.area) area = random.Bits();
   report.local_errors.worst = random.Unit();
   report.local_errors.worst_leaf = {static_cast<uint32_t>(random.Bits()), random.Bits()};
+  report.measured = {{"sheets", random.Unit(), 1 + random.Unit(), random.Unit(), true}};
   report.cut_cost_ns = RandomNumbers<double>(random, 9);
   report.cut_links = RandomNumbers<uint64_t>(random, 9);
   report.cut_elements = RandomNumbers<uint64_t>(random, 9);
@@ -104,6 +105,7 @@ StartJob RandomStart(Random& random) {
   start.options.balance = BalanceStrategy::kRotate;
   start.assignment = RandomAssignment(random);
   start.self = start.assignment.worker_count - 1;
+  start.measured = {{"mirrors", random.Unit(), 2, {}, false}, {"medium", 0.5, 1, 3.0, true}};
   return start;
 }
 
