@@ -24,6 +24,7 @@ class GatherWaves {
                                      const std::vector<uint8_t>& corners,
                                      const std::function<void(uint64_t)>& news);
 
+  uint64_t gathered() const { return gathered_; }  // elements, over all calls
   uint64_t rays() const { return rays_; }
   const std::vector<double>& cpu_s() const { return cpu_s_; }  // of each worker
   double wall_s() const {

@@ -13,6 +13,7 @@
 
 #include "common/scene/forecast.h"
 #include "server/balance.h"
+#include "server/band_solve.h"
 #include "server/crew.h"
 #include "server/gather_waves.h"
 #include "server/job_report.h"
@@ -20,6 +21,7 @@
 #include "server/partition.h"
 #include "server/relay_loop.h"
 #include "server/schedule.h"
+#include "server/snapshot_parts.h"
 #include "server/source_gather.h"
 #include "server/survey.h"
 
@@ -92,7 +94,9 @@ struct JobRunner::Impl {
   ScheduleDecision Decide() const;
   OutputMeshOptions OutputOptions() const;
   void Announce();
-  void Tell(JobProgress::Stage stage, uint32_t iterations = 0, uint64_t gathered = 0);
+  Result<PatchFile> MakeOutput();
+  void Tell(JobProgress::Stage stage, uint32_t iterations = 0, uint64_t gathered = 0,
+            uint32_t group = 0);
   double Seconds() const { return input.seconds_before + SecondsSince(started); }
   bool Finish() const { return callbacks.finish && callbacks.finish(); }
 
@@ -175,21 +179,35 @@ Result<PatchFile> JobRunner::Impl::RunEpoch() {
     RETURN_IF_ERROR(RunRound(*next));
   }
   summary.end_reason = next->reason;
+  return MakeOutput();
+}
+
+Result<PatchFile> JobRunner::Impl::MakeOutput() {
   const Clock::time_point start = Clock::now();
-  const OutputMeshOptions output = OutputOptions();
+  OutputMeshOptions output = OutputOptions();
+  output.keep_points = effects.plan.bands;
   Tell(JobProgress::Stage::kGathering);
   GatherWaves waves(*crew, output.accuracy, limits.gather_batch);
   if (effects.plan.interreflection || !output.sheets.empty() || !output.fluorescence.empty()) {
     RETURN_IF_ERROR(GatherSources(*crew, hierarchy, snapshot, output, waves));
   }
-  ASSIGN_OR_RETURN(OutputMesh mesh,
-                   BuildOutputMesh(hierarchy, snapshot, output,
-                                   [&](const std::vector<NodeId>& elements,
-                                       const std::vector<uint8_t>& corners) {
-                                     return waves.Gather(elements, corners, [&](uint64_t gathered) {
-                                       Tell(JobProgress::Stage::kGathering, 0, gathered);
-                                     });
-                                   }));
+  const auto gather = [&](const std::vector<NodeId>& elements,
+                          const std::vector<uint8_t>& corners) {
+    return waves.Gather(elements, corners, [&](uint64_t gathered) {
+      Tell(JobProgress::Stage::kGathering, 0, gathered);
+    });
+  };
+  ASSIGN_OR_RETURN(OutputMesh mesh, BuildOutputMesh(hierarchy, snapshot, output, gather));
+  SolveSummary done = summary;
+  if (effects.plan.bands) {
+    const auto news = [&](uint32_t group, uint32_t products, uint64_t gathered) {
+      Tell(JobProgress::Stage::kBands, products, gathered, group + 1);
+    };
+    RETURN_IF_ERROR(SolveBands(*crew, assignment,
+                               {hierarchy, snapshot, effects.plan, output, input.options.accuracy},
+                               waves, news, &mesh, &done));
+  }
+  summary = std::move(done);
   summary.gather_s = SecondsSince(start);
   summary.gather_cpu_s = waves.cpu_s();
   summary.workers = crew->present_count();
@@ -336,21 +354,9 @@ Status JobRunner::Impl::Revise(const std::vector<MeasuredEffect>& found) {
 
 Status JobRunner::Impl::TakeSnapshot(uint32_t round, double epsilon) {
   Tell(JobProgress::Stage::kSnapshot);
-  ASSIGN_OR_RETURN(const auto messages, crew->CollectAll(MessageKind::kSnapshotPart));
-  std::vector<Snapshot> parts;
-  for (const auto& message : messages) {
-    if (!message) continue;
-    ASSIGN_OR_RETURN(const SnapshotData data, DecodeMessage<SnapshotData>(message->payload));
-    ASSIGN_OR_RETURN(Snapshot part, DecodeSnapshot(data.snapshot));
-    parts.push_back(std::move(part));
-  }
   ASSIGN_OR_RETURN(
       Snapshot merged,
-      MergeSnapshots(std::move(parts), static_cast<uint32_t>(hierarchy.surfaces().size())));
-  if (merged.round != round || merged.epsilon != epsilon) {
-    return MakeStatus(StatusCode::kInternal, "a snapshot of round {} after round {}", merged.round,
-                      round);
-  }
+      CollectSnapshot(*crew, static_cast<uint32_t>(hierarchy.surfaces().size()), round, epsilon));
   if (callbacks.on_snapshot) RETURN_IF_ERROR(callbacks.on_snapshot(merged));
   auto encoded = std::make_shared<const std::string>(Encode(merged));
   RETURN_IF_ERROR(crew->SendAll(MessageKind::kInstallSnapshot, SnapshotData{*encoded}));
@@ -372,6 +378,11 @@ Status JobRunner::Impl::Survey() {
     row.worst_polygon = hierarchy.scene().polygons[worst.polygon].file_polygon;
     RETURN_IF_ERROR(
         SampleGather(*crew, hierarchy, snapshot, OutputOptions(), input.options.seed, &row));
+    if (effects.plan.bands) {  // each group of them solves, and gathers all that
+      const uint32_t groups = BandGroupCount(input.scene->bands.size());
+      row.output_s += groups * (row.output_s + row.solve_s);
+      row.output_rays *= 1 + groups;
+    }
     row.sample_s = SecondsSince(start);
   }
   next = Decide();
@@ -479,9 +490,10 @@ void JobRunner::Impl::Announce() {
   }
 }
 
-void JobRunner::Impl::Tell(JobProgress::Stage stage, uint32_t iterations, uint64_t gathered) {
+void JobRunner::Impl::Tell(JobProgress::Stage stage, uint32_t iterations, uint64_t gathered,
+                           uint32_t group) {
   if (!callbacks.on_progress) return;
-  const bool first = !last_told || stage != last_told->stage;
+  const bool first = !last_told || stage != last_told->stage || group != last_told->group;
   if (!first && SecondsSince(told) < kProgressPeriod_s) return;
   told = Clock::now();
   JobProgress now;
@@ -491,6 +503,8 @@ void JobRunner::Impl::Tell(JobProgress::Stage stage, uint32_t iterations, uint64
   now.epsilon = next ? next->epsilon : 0;
   now.seconds = Seconds();
   now.gathered = gathered;
+  now.group = group;
+  now.groups = BandGroupCount(input.scene->bands.size());
   now.workers = crew != nullptr ? crew->present_count() : 0;
   last_told = now;
   callbacks.on_progress(now);

@@ -80,7 +80,7 @@ JobCallbacks JobDriver::CallbacksFor(const JobInfo& job, const JobHooks& hooks) 
   callbacks.next_epoch = [this] { return ++epoch_; };
   callbacks.on_round = hooks.on_round;
   callbacks.on_progress = [&hooks](const JobProgress& progress) {
-    hooks.on_activity({ToText(progress.stage), progress.round, progress.workers, progress.seconds});
+    hooks.on_activity({ToText(progress), progress.round, progress.workers, progress.seconds});
   };
   callbacks.on_snapshot = [this, id = job.id](const Snapshot& snapshot) {
     return store_->SaveSnapshot(id, snapshot.round, Encode(snapshot));

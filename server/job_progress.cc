@@ -1,5 +1,7 @@
 #include "server/job_progress.h"
 
+#include "common/util/status.h"
+
 namespace isolux {
 
 const char* ToText(JobProgress::Stage stage) {
@@ -18,8 +20,15 @@ const char* ToText(JobProgress::Stage stage) {
       return "replaying";
     case JobProgress::Stage::kGathering:
       return "gathering";
+    case JobProgress::Stage::kBands:
+      return "bands";
   }
   return "unknown";
+}
+
+std::string ToText(const JobProgress& progress) {
+  if (progress.group == 0) return ToText(progress.stage);
+  return fmt::format("{}, group {} of {}", ToText(progress.stage), progress.group, progress.groups);
 }
 
 }  // namespace isolux

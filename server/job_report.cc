@@ -162,6 +162,31 @@ void AddLastRound(const RoundSummary& last, Comments* comments) {
   add("memory_bytes", last.memory_bytes);
 }
 
+void AddBands(const std::vector<BandGroupSummary>& groups, Comments* comments) {
+  size_t number = 0, band = 0;
+  for (const BandGroupSummary& group : groups) {
+    Figures line;
+    line.Add("bands", fmt::format("{}-{}", band + 1, band + group.bands.size()))
+        .Add("channels", group.channels)
+        .Add("error", group.error_estimate)
+        .Add("irradiance_w", group.irradiance_w)
+        .Add("iterations", group.iterations)
+        .Add("residual", group.residual)
+        .Add("imbalance", group.energy_imbalance)
+        .AddSeconds("seconds", group.seconds);
+    comments->emplace_back("band_group", fmt::format("{} {}", ++number, line.text()));
+    for (const BandSummary& of_band : group.bands) {
+      Figures powers;
+      powers.Add("emitted_w", of_band.emitted_w)
+          .Add("absorbed_w", of_band.absorbed_w)
+          .Add("escaped_w", of_band.escaped_w);
+      if (of_band.medium_w > 0) powers.Add("medium_w", of_band.medium_w);
+      if (of_band.glass_w > 0) powers.Add("glass_w", of_band.glass_w);
+      comments->emplace_back("band_power", fmt::format("{} {}", ++band, powers.text()));
+    }
+  }
+}
+
 // In all, then by connection, where anything went. Connections are counted in the order in which
 // they were made: a worker that came again is another.
 void AddTraffic(const Traffic& traffic, Comments* comments) {
@@ -304,6 +329,7 @@ Comments MakeComments(const Asked& asked, const SolveSummary& summary, const Tra
         ForecastLine(std::span(summary.rounds).first(k), asked.options.accuracy);
     if (!line.empty()) comments.emplace_back("forecast", line);
   }
+  AddBands(summary.band_groups, &comments);
   AddTraffic(traffic, &comments);
   for (const RepairReport::Entry& entry : asked.scene.repairs.entries) {
     add("repair", RepairLine(entry));

@@ -46,13 +46,15 @@ void AddReradiated(const Reradiation& reradiation, const Channels& irradiance,
 // Elements → vertices and faces.
 class Assembly {
  public:
-  Assembly(const Hierarchy& hierarchy, const Snapshot& snapshot, const OutputMeshOptions& options,
-           std::vector<Element> elements)
+  // `groups`: FindWeldGroups.
+  Assembly(const Hierarchy& hierarchy, std::span<const uint32_t> groups, const Snapshot& snapshot,
+           const OutputMeshOptions& options, const std::vector<Element>& elements)
       : hierarchy_(hierarchy),
+        groups_(groups),
         sheets_(options.sheets),
         fluorescence_(options.fluorescence),
         leaves_(snapshot.leaves),
-        elements_(std::move(elements)),
+        elements_(elements),
         behind_(ElementsBehind(options.sheets, elements_)),
         welder_(kWeldTolerance * hierarchy.extent_m(), hierarchy.clusters()[0].bounds.low,
                 elements_.size() + elements_.size() / 2 + 16) {}
@@ -69,14 +71,13 @@ class Assembly {
  private:
   // The vertices of each element's corners, and the sums of what was gathered there.
   void Weld() {
-    const std::vector<uint32_t> groups = FindWeldGroups(hierarchy_);
     corners_.assign(elements_.size(), {kNoCorner, kNoCorner, kNoCorner, kNoCorner});
     for (size_t e = 0; e < elements_.size(); ++e) {
       const Element& element = elements_[e];
       const uint32_t surface = element.id.surface;
       const ConvexPolygon shape = ElementGeometry(hierarchy_.geometry(surface), element.id.path);
       for (int k = 0; k < shape.count; ++k) {
-        const uint32_t vertex = welder_.Vertex(shape.v[k], groups[surface]);
+        const uint32_t vertex = welder_.Vertex(shape.v[k], groups_[surface]);
         corners_[e][k] = vertex;
         if (vertex == sums_.size()) sums_.push_back({{}, {}, 0, surface, {}});
         for (int c = 0; c < 3; ++c) sums_[vertex].irradiance[c] += element.irradiance[k][c];
@@ -252,10 +253,11 @@ class Assembly {
   }
 
   const Hierarchy& hierarchy_;
+  std::span<const uint32_t> groups_;
   const TranslucentSheets& sheets_;
   const Fluorescence& fluorescence_;
   const std::vector<LeafRecord>& leaves_;
-  std::vector<Element> elements_;
+  const std::vector<Element>& elements_;
   std::vector<uint32_t> behind_;  // of each element, the same piece of the other side of a sheet
   Welder welder_;
   std::vector<std::array<uint32_t, 4>> corners_;  // vertices of each element's corners
@@ -271,8 +273,26 @@ Result<OutputMesh> BuildOutputMesh(const Hierarchy& hierarchy, const Snapshot& s
   ASSIGN_OR_RETURN(OutputElements output, RefineOutput(hierarchy, snapshot, all, options, gather));
   DivideByMaps(hierarchy, options.max_elements, &output.elements);
   DivideSheetsAlike(hierarchy, options.sheets, &output.elements);
-  return OutputMesh{Assembly(hierarchy, snapshot, options, std::move(output.elements)).Run(),
-                    output.interpolation_error};
+  OutputMesh mesh;
+  mesh.weld_groups = FindWeldGroups(hierarchy);
+  mesh.patch = Assembly(hierarchy, mesh.weld_groups, snapshot, options, output.elements).Run();
+  mesh.interpolation_error = output.interpolation_error;
+  mesh.points = std::move(output.points);
+  mesh.elements = std::move(output.elements);
+  return mesh;
+}
+
+Result<PatchFile> BuildAgain(const OutputMesh& mesh, const Hierarchy& of_light,
+                             const Snapshot& snapshot, const OutputMeshOptions& options,
+                             const GatherFunction& gather) {
+  std::vector<Element> elements = mesh.elements;
+  RETURN_IF_ERROR(GatherAgain(mesh.points, of_light, gather, &elements));
+  PatchFile patch = Assembly(of_light, mesh.weld_groups, snapshot, options, elements).Run();
+  if (patch.vertices.size() == mesh.patch.vertices.size() &&
+      patch.faces.size() == mesh.patch.faces.size()) {
+    return patch;
+  }
+  return Error(StatusCode::kInternal, "the mesh of a group of bands has other vertices");
 }
 
 }  // namespace isolux

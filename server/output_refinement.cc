@@ -96,7 +96,8 @@ class Refinement {
     for (const Piece& piece : pieces) Settle(piece);
     std::sort(done_.begin(), done_.end(),
               [](const Element& a, const Element& b) { return a.id < b.id; });
-    return OutputElements{std::move(done_), power_w > 0 ? left_w_ / power_w : 0};
+    if (options_.keep_points) KeepPoints();
+    return OutputElements{std::move(done_), std::move(kept_), power_w > 0 ? left_w_ / power_w : 0};
   }
 
  private:
@@ -161,10 +162,12 @@ class Refinement {
       return MakeStatus(StatusCode::kInternal, "gathered {} values at the corners of {} elements",
                         values.size(), ids.size());
     }
+    OutputPoints::Wave kept;
     for (size_t i = 0, asked = 0; i < wave.size() && asked < ids.size(); ++i) {
       if (!(wave[i].id == ids[asked])) continue;
       for (int k = 0; k < 4; ++k) {
         if ((wanted[asked] >> k & 1) == 0) continue;
+        if (options_.keep_points) kept.points.push_back(vertices[i][k]);
         for (int c = 0; c < 3; ++c) {
           const double value = values[12 * asked + 3 * k + c];
           irradiance_[vertices[i][k]][c] = static_cast<float>(
@@ -173,7 +176,25 @@ class Refinement {
       }
       ++asked;
     }
+    if (!options_.keep_points) return {};
+    kept.elements = ids;
+    kept.corners = wanted;
+    kept_.waves.push_back(std::move(kept));
     return {};
+  }
+
+  // The corners of what is done, as points.
+  void KeepPoints() {
+    for (const Element& element : done_) {
+      const ConvexPolygon shape =
+          ElementGeometry(hierarchy_.geometry(element.id.surface), element.id.path);
+      OutputPoints::Cornered& kept = kept_.elements.emplace_back();
+      kept.id = element.id;
+      for (int k = 0; k < shape.count; ++k) {
+        kept.points[k] = points_.Vertex(shape.v[k], element.leaf);
+      }
+    }
+    kept_.count = static_cast<uint32_t>(irradiance_.size());
   }
 
   // A surface on which nothing arrives and that does not emit is left out.
@@ -311,6 +332,7 @@ class Refinement {
   Welder points_;                     // corners; a leaf is a group
   std::vector<Channels> irradiance_;  // of points_
   double mean_ = 0;
+  OutputPoints kept_;
   std::vector<Element> done_;
   double left_w_ = 0;  // what interpolation leaves in them
 };

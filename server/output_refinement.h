@@ -7,12 +7,14 @@
 #include "common/hierarchy/snapshot.h"
 #include "server/output_element.h"
 #include "server/output_mesh.h"
+#include "server/output_points.h"
 
 namespace isolux {
 
 // Elements, sorted by id, with what was gathered at their corners.
 struct OutputElements {
   std::vector<OutputElement> elements;
+  OutputPoints points;  // where the options say so
   // ∫ |ΔH| dA over ∫ H dA that interpolation between the corners is expected to leave, of the
   // leaves asked for. Where a corner was off by d from what its element's parent had led to expect,
   // the element is taken to be off by d/4 on average: what is right of a step, whose place alone is

@@ -54,6 +54,7 @@ Phase PhaseOf(MessageKind kind) {
       return Phase::kReport;
     case MessageKind::kSnapshotPart:
     case MessageKind::kInstallSnapshot:
+    case MessageKind::kSolveGroup:
       return Phase::kSnapshot;
     case MessageKind::kReassign:
     case MessageKind::kParcels:

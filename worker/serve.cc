@@ -116,6 +116,7 @@ class Server {
   Status Start(const Message& message);
   Result<std::shared_ptr<const Scene>> FindScene(const StartJob& start, uint32_t epoch);
   Status RunRound(const Message& message);
+  Status SolveGroup(const Message& message);
   Status Install(const Message& message);
   Status Reassign(const Message& message);
   Status Absorb(const Message& message);
@@ -173,6 +174,8 @@ Status Server::Handle(const Message& message) {
       return Start(message);
     case MessageKind::kRound:
       return RunRound(message);
+    case MessageKind::kSolveGroup:
+      return SolveGroup(message);
     case MessageKind::kInstallSnapshot:
       return Install(message);
     case MessageKind::kReassign:
@@ -243,6 +246,17 @@ Status Server::RunRound(const Message& message) {
   snapshot.round = command.round;
   snapshot.epsilon = command.epsilon;
   return Reply(MessageKind::kSnapshotPart, SnapshotData{Encode(snapshot)});
+}
+
+Status Server::SolveGroup(const Message& message) {
+  ASSIGN_OR_RETURN(const isolux::SolveGroup command,
+                   DecodeMessage<isolux::SolveGroup>(message.payload));
+  ASSIGN_OR_RETURN(const Snapshot start, DecodeSnapshot(command.start));
+  ASSIGN_OR_RETURN(
+      const RoundReport report,
+      job_->shard->SolveGroup(command.group, start, command.accuracy, *job_->exchange));
+  RETURN_IF_ERROR(Reply(MessageKind::kRoundReport, report));
+  return Reply(MessageKind::kSnapshotPart, SnapshotData{Encode(job_->shard->TakeSnapshot())});
 }
 
 Status Server::Install(const Message& message) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <optional>
 
 #include "common/hierarchy/effects/plan.h"
@@ -20,6 +19,7 @@
 #include "worker/radiosity/leaks.h"
 #include "worker/radiosity/link_counts.h"
 #include "worker/radiosity/link_errors.h"
+#include "worker/radiosity/link_migration.h"
 #include "worker/radiosity/neglect.h"
 #include "worker/radiosity/one_channel.h"
 #include "worker/radiosity/pass_on.h"
@@ -35,6 +35,7 @@ struct Shard::Impl {
         tree(hierarchy) {}
 
   std::shared_ptr<const Scene> scene;
+  std::unique_ptr<const Scene> group_scene;  // of the bands that are solved for; null: none yet
   ThreadPool& pool;
   Hierarchy hierarchy;
   RayScene rays;
@@ -51,12 +52,14 @@ struct Shard::Impl {
   Snapshot solved;                     // own leaves of the round just run
   std::unique_ptr<Gatherer> gatherer;  // of the installed snapshot, made when first asked for
   Scout scout;
+  // What surfaces emit, and all of them together, over the channels: bands look for escapes alike.
+  std::vector<double> lamps_w_m2;
+  double lamps_w = 0;
   Mirrors mirrors;               // that are simulated
   TranslucentSheets sheets;      // likewise
   Fluorescence fluorescence;     // likewise
   std::optional<Medium> medium;  // likewise
-
-  std::optional<Panes> panes;  // likewise
+  std::optional<Panes> panes;    // likewise
 
   const Medium* medium_or_null() const { return medium ? &*medium : nullptr; }
   const Panes* panes_or_null() const { return panes ? &*panes : nullptr; }
@@ -71,6 +74,10 @@ struct Shard::Impl {
             panes_or_null()};
   }
   Status SetAbsorbers();
+  void SetLamps();
+  // Puts a group of bands in the place of the channels, in all but the tree's values.
+  Status TakeGroup(uint32_t group);
+  void MakeLights();
   // What lights bring to each surface; empty where there are none.
   std::vector<GivenIrradiance> StartLights();
   Status Refine(double epsilon, Exchange& exchange, RefineCounters& counters) {
@@ -111,6 +118,7 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
   impl_->plan = effects.plan;
   impl_->to_measure = measured.empty() ? std::move(effects.to_measure) : std::vector<std::string>();
   RETURN_IF_ERROR(impl_->SetAbsorbers());
+  impl_->SetLamps();
   if (impl_->plan.occlusion && !impl_->prover) impl_->prover.emplace(impl_->hierarchy);
   impl_->gatherer.reset();
   impl_->links = {};
@@ -133,17 +141,47 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
 }
 
 Status Shard::Impl::SetAbsorbers() {
-  medium = AbsorbingMedium(*scene, plan);
-  panes = AbsorbingPanes(*scene, plan, hierarchy.extent_m());
+  medium = AbsorbingMedium(hierarchy.scene(), plan);
+  panes = AbsorbingPanes(hierarchy.scene(), plan, hierarchy.extent_m());
   return CheckSolver(options.solver, medium.has_value(), panes.has_value());
 }
 
-std::vector<GivenIrradiance> Shard::Impl::StartLights() {
+void Shard::Impl::SetLamps() {
+  lamps_w_m2.clear();
+  for (const Surface& surface : hierarchy.surfaces()) lamps_w_m2.push_back(Sum(surface.exitance));
+  lamps_w = Sum(hierarchy.emitted_w());
+}
+
+Status Shard::Impl::TakeGroup(uint32_t group) {
+  if (group >= BandGroupCount(scene->bands.size())) {
+    return MakeStatus(StatusCode::kInvalidArgument, "the scene has no group of bands {}", group);
+  }
+  gatherer.reset();
   lights.reset();
-  if (scene->lights.empty() && !scene->sky.exists()) return {};
-  if (!plan.lights && !plan.sun && !plan.sky) return {};
+  auto of_group = std::make_unique<const Scene>(SceneOfGroup(*scene, group));
+  hierarchy.TakeOptics(*of_group);
+  group_scene = std::move(of_group);
+  plan = PlanGroup(hierarchy, plan);
+  sheets = TranslucentSheets(hierarchy, plan);
+  fluorescence = Fluorescence(hierarchy, plan);
+  tree.SetPassing(&sheets, &fluorescence);
+  RETURN_IF_ERROR(SetAbsorbers());
+  MakeLights();
+  return {};
+}
+
+void Shard::Impl::MakeLights() {
+  lights.reset();
+  const Scene& now = hierarchy.scene();
+  if (now.lights.empty() && !now.sky.exists()) return;
+  if (!plan.lights && !plan.sun && !plan.sky) return;
   lights.emplace(hierarchy, rays, mirrors, scout, plan, medium_or_null(), panes_or_null(),
                  options.accuracy, options.seed);
+}
+
+std::vector<GivenIrradiance> Shard::Impl::StartLights() {
+  MakeLights();
+  if (!lights) return {};
   std::vector<GivenIrradiance> given(hierarchy.surfaces().size());
   pool.For(given.size(), 64, [&](size_t begin, size_t end, int) {
     for (size_t s = begin; s < end; ++s) given[s] = lights->OverSurface(static_cast<uint32_t>(s));
@@ -184,6 +222,30 @@ Result<RoundReport> Shard::RunRound(double epsilon, double accuracy, Exchange& e
   report.solve_s = solving.wall_s();
   CountLinks(impl_->tree, *impl_->placement, impl_->links, nodes, counters, refine_cpu_s,
              solving.cpu_s(), report);
+  report.cpu_s = whole.cpu_s();
+  return report;
+}
+
+Result<RoundReport> Shard::SolveGroup(uint32_t group, const Snapshot& start, double accuracy,
+                                      Exchange& exchange) {
+  RoundReport report;
+  report.round = start.round;
+  report.epsilon = start.epsilon;
+  const Stopwatch whole(impl_->pool);
+  RETURN_IF_ERROR(impl_->TakeGroup(group));
+  RETURN_IF_ERROR(InstallSnapshot(start));
+  std::vector<uint32_t> asked;
+  for (uint32_t node = 0; node < impl_->tree.size(); ++node) {
+    const bool leaf =
+        !impl_->tree.is_cluster(node) && impl_->tree.node(node).first_child == kNoNode;
+    if (leaf && impl_->placement->IsMine(node)) asked.push_back(node);
+  }
+  ASSIGN_OR_RETURN(const ActiveNodes nodes,
+                   Subscribe(impl_->tree, *impl_->placement, impl_->links, asked, exchange));
+  RETURN_IF_ERROR(impl_->Solve(nodes, accuracy, exchange, report));
+  impl_->solved.round = start.round;
+  impl_->solved.epsilon = start.epsilon;
+  report.solve_s = whole.wall_s();
   report.cpu_s = whole.cpu_s();
   return report;
 }
@@ -286,9 +348,11 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
   }
   solution.neglected += plan.measured_error;
   RETURN_IF_ERROR(AddPassedLight(product, solution.irradiance, leaves));
-  ASSIGN_OR_RETURN(const ErrorEstimate errors,
-                   EstimateError(product, tree, leaves, solution.irradiance, given,
-                                 {start, old_leaf, snapshot.round == 0}, solution, exchange));
+  ASSIGN_OR_RETURN(
+      const ErrorEstimate errors,
+      EstimateError(product, tree, leaves, solution.irradiance, given,
+                    group_scene ? Previous() : Previous{start, old_leaf, snapshot.round == 0},
+                    solution, exchange));
   RETURN_IF_ERROR(AddAbsorbedPower(between, leaves, solution.irradiance, plan.interreflection,
                                    product, exchange, report));
   RETURN_IF_ERROR(AddEnergy(leaves, solution.irradiance, escape, exchange, report));
@@ -338,8 +402,8 @@ Status Shard::Impl::AddErrors(const ActiveNodes& nodes, const LeafSystem& leaves
 }
 
 int Shard::Impl::EscapeRays(uint32_t node) const {
-  const double power_w = tree.area_m2(node) * Sum(tree.surface_of(node).exitance);
-  return power_w > 0 ? EscapeRaysOf(power_w / Sum(hierarchy.emitted_w())) : kEscapeRays;
+  const double power_w = tree.area_m2(node) * lamps_w_m2[tree.node(node).id.surface];
+  return power_w > 0 ? EscapeRaysOf(power_w / lamps_w) : kEscapeRays;
 }
 
 std::vector<double> Shard::Impl::EscapeShares(const ActiveNodes& nodes) const {
@@ -406,68 +470,17 @@ Status Shard::InstallSnapshot(const Snapshot& snapshot) {
   return {};
 }
 
-// ---- migration: after a snapshot is installed the trees of all workers are equal, index by index,
-// so links travel as they are.
-
 Result<std::vector<MigrationParcel>> Shard::Reassign(const Assignment& next) {
   ASSIGN_OR_RETURN(Placement placement,
                    Placement::Make(impl_->tree, next, impl_->placement->self()));
   impl_->gatherer.reset();
   *impl_->placement = std::move(placement);
-  const Placement& now = *impl_->placement;
-  LinkSet kept;
-  std::vector<std::vector<Link>> leaving(next.worker_count);
-  for (const Link& link : impl_->links.crown) {
-    if (now.IsCrownLink(link.p, link.q)) {
-      kept.crown.push_back(link);
-    } else if (now.HomeOfLink(link.p, link.q) == now.self()) {
-      kept.own.push_back(link);  // every worker had it; its home keeps it
-    }
-  }
-  for (const Link& link : impl_->links.own) {
-    if (now.IsCrownLink(link.p, link.q)) {
-      // An end has come to lie above the cut: from now on everybody's.
-      kept.crown.push_back(link);
-      for (auto& links : leaving) links.push_back(link);
-    } else if (const uint32_t home = now.HomeOfLink(link.p, link.q); home == now.self()) {
-      kept.own.push_back(link);
-    } else {
-      leaving[home].push_back(link);
-    }
-  }
-  impl_->links = std::move(kept);
-  std::vector<MigrationParcel> parcels;
-  for (uint32_t to = 0; to < leaving.size(); ++to) {
-    if (to == now.self() || leaving[to].empty()) continue;
-    MigrationParcel parcel;
-    parcel.to = to;
-    parcel.links = leaving[to].size();
-    parcel.bytes.assign(reinterpret_cast<const char*>(leaving[to].data()),
-                        leaving[to].size() * sizeof(Link));
-    parcels.push_back(std::move(parcel));
-  }
-  return parcels;
+  return TakeLeaving(*impl_->placement, &impl_->links);
 }
 
 Status Shard::Absorb(const std::string& parcel_bytes) {
   impl_->gatherer.reset();
-  if (parcel_bytes.size() % sizeof(Link) != 0) {
-    return {StatusCode::kDataLoss, "migration: a parcel does not hold whole links"};
-  }
-  const Tree& tree = impl_->tree;
-  for (size_t at = 0; at < parcel_bytes.size(); at += sizeof(Link)) {
-    Link link;
-    std::memcpy(&link, parcel_bytes.data() + at, sizeof link);
-    if (link.p >= tree.size() || link.q >= tree.size() ||
-        tree.node(link.q).id < tree.node(link.p).id || !(link.unoccluded_m2 >= 0) ||
-        !std::isfinite(link.unoccluded_m2) ||
-        (link.through_mirrors() && link.image() >= impl_->mirrors.images().size())) {
-      return {StatusCode::kDataLoss, "migration: a link between nodes that do not exist"};
-    }
-    const bool crown = impl_->placement->IsCrownLink(link.p, link.q);
-    (crown ? impl_->links.crown : impl_->links.own).push_back(link);
-  }
-  return {};
+  return AbsorbParcel(parcel_bytes, impl_->tree, *impl_->placement, &impl_->links);
 }
 
 Result<GatherPart> Shard::Gather(const std::vector<NodeId>& elements,

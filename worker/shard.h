@@ -4,6 +4,8 @@
 //
 // A job at a shard is: Start, then for each round RunRound, TakeSnapshot (its own part),
 // InstallSnapshot (the merged whole), perhaps Reassign and Absorb; at the end Gather, once a wave.
+// Where light has bands: then for each group of them SolveGroup, TakeSnapshot, InstallSnapshot,
+// Gather.
 // After a fault: Start, then for each old round ReplayRound and InstallSnapshot.
 #pragma once
 
@@ -40,6 +42,11 @@ class Shard {
   Result<RoundReport> RunRound(double epsilon, double accuracy, Exchange& exchange);
   // Refinement alone, for rounds whose snapshots are known.
   Status ReplayRound(double epsilon, Exchange& exchange);
+
+  // Puts a group of the scene's bands in the place of the channels and solves for them over the
+  // links as they are. `start`: the last round's snapshot with a guess of their irradiance.
+  Result<RoundReport> SolveGroup(uint32_t group, const Snapshot& start, double accuracy,
+                                 Exchange& exchange);
 
   // The leaves below the cut nodes homed here, with the values of the last solve.
   Snapshot TakeSnapshot() const;

@@ -9,6 +9,7 @@
 #include "client/import/materials.h"
 #include "client/import/obj_reader.h"
 #include "client/import/repair.h"
+#include "client/import/spectra_file.h"
 
 namespace isolux {
 namespace {
@@ -109,6 +110,7 @@ Result<Scene> Import(const std::string& path, const Format& format, const Import
   RepairLog log;
   NoteRest(file, &log);
   const std::vector<Glass> glasses = MakeMaterials(file, &scene, &log);
+  RETURN_IF_ERROR(ApplySpectra(file, &scene));
   RETURN_IF_ERROR(BuildPolygons(file, glasses, options, &scene, &log));
   DropUnused(&scene);
   PlaceLights(file.lights, &scene);

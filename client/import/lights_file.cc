@@ -9,6 +9,7 @@
 #include "client/import/ies_file.h"
 #include "client/import/json_element.h"
 #include "client/import/sky_file.h"
+#include "client/import/spectra_file.h"
 #include "client/import/text_file.h"
 #include "common/util/file.h"
 
@@ -117,6 +118,21 @@ Result<Medium> ReadMedium(const JsonElement& element) {
   return medium;
 }
 
+Status ReadLights(const JsonElement& whole, SceneFile* file) {
+  const auto lights = whole.json.find("lights");
+  if (lights == whole.json.end()) return {};
+  if (!lights->is_array()) return whole.Error("\"lights\" must be a list, like [{{…}}, {{…}}]");
+  const size_t most = SceneLimits().lights;
+  if (lights->size() > most) return whole.Error("more than {} lights; leave some out", most);
+  for (size_t i = 0; i < lights->size(); ++i) {
+    const std::string where = fmt::format("{}: lights[{}]", whole.where, i);
+    ASSIGN_OR_RETURN(const Light light,
+                     ReadLight({(*lights)[i], where}, FolderOf(whole.where), file));
+    file->lights.push_back(light);
+  }
+  return {};
+}
+
 Result<Json> ParseJson(const std::string& text, const std::string& name) {
   try {  // the library throws
     return Json::parse(text, [](int depth, Json::parse_event_t, Json&) {
@@ -135,23 +151,16 @@ Result<Json> ParseJson(const std::string& text, const std::string& name) {
 Status ParseLightsFile(const std::string& text, const std::string& name, SceneFile* file) {
   ASSIGN_OR_RETURN(const Json json, ParseJson(text, name));
   const JsonElement whole{json, name};
-  RETURN_IF_ERROR(whole.CheckKeys({"lights", "sky", "medium"}));
+  RETURN_IF_ERROR(whole.CheckKeys({"lights", "sky", "medium", "spectra"}));
   if (const auto sky = json.find("sky"); sky != json.end()) {
     ASSIGN_OR_RETURN(file->sky, ReadSky({*sky, fmt::format("{}: sky", name)}, FolderOf(name)));
   }
   if (const auto medium = json.find("medium"); medium != json.end()) {
     ASSIGN_OR_RETURN(file->medium, ReadMedium({*medium, fmt::format("{}: medium", name)}));
   }
-  const auto lights = json.find("lights");
-  if (lights == json.end()) return {};
-  if (!lights->is_array()) return whole.Error("\"lights\" must be a list, like [{{…}}, {{…}}]");
-  const size_t most = SceneLimits().lights;
-  if (lights->size() > most) return whole.Error("more than {} lights; leave some out", most);
-  for (size_t i = 0; i < lights->size(); ++i) {
-    ASSIGN_OR_RETURN(
-        const Light light,
-        ReadLight({(*lights)[i], fmt::format("{}: lights[{}]", name, i)}, FolderOf(name), file));
-    file->lights.push_back(light);
+  RETURN_IF_ERROR(ReadLights(whole, file));
+  if (const auto spectra = json.find("spectra"); spectra != json.end()) {
+    RETURN_IF_ERROR(ReadSpectra({*spectra, fmt::format("{}: spectra", name)}, file));
   }
   return {};
 }

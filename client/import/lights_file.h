@@ -1,5 +1,5 @@
-// isolux.json: lights, a sky and a medium that stand beside a scene file, for formats that have
-// none. One in a folder counts for every scene of it.
+// isolux.json: lights, a sky, a medium and spectra that stand beside a scene file, for formats that
+// have none. One in a folder counts for every scene of it.
 //
 //   {"lights": [{"type": "point", "position": [x, y, z], "intensity": 12},
 //               {"type": "spot", "position": …, "direction": [x, y, z], "intensity": [r, g, b],
@@ -8,7 +8,8 @@
 //               {"type": "ies", "file": "lamp.ies", "position": …, "direction": …},
 //               {"type": "sun", "direction": …, "irradiance": …, "angular_diameter": 0.533}],
 //    "sky": {…},                                                        see sky_file.h
-//    "medium": {"extinction_per_m": [r, g, b]}}
+//    "medium": {"extinction_per_m": [r, g, b]},
+//    "spectra": {…}}                                                    see spectra_file.h
 //
 // Positions are in the scene file's unit, extinctions in 1/m whatever that is, intensities W/sr,
 // irradiances W/m² across the light, angles in degrees from the axis.

@@ -56,6 +56,12 @@ struct FileMaterial {
   bool unlit = false;         // shown without light by viewers
 };
 
+// Of isolux.json, by the name of the material.
+struct FileSpectrum {
+  std::string material, where;
+  Spectrum spectrum;
+};
+
 struct FileFace {
   uint64_t first = 0;               // of its corners, in SceneFile::corners
   uint32_t count = 0;               // at least 3
@@ -81,6 +87,8 @@ struct SceneFile {
   std::vector<Light> lights;  // positions in the file's unit
   Sky sky;
   Medium medium;
+  std::vector<Band> bands;  // spectral ones
+  std::vector<FileSpectrum> spectra;
 
   // Libraries named but not found, where ("room.obj:3"); no face needs a material of theirs.
   std::vector<std::string> missing_libraries;

@@ -7,6 +7,7 @@
 #include "common/hierarchy/element.h"
 #include "common/hierarchy/planes.h"
 #include "common/scene/translucency.h"
+#include "common/util/check.h"
 
 namespace isolux {
 namespace {
@@ -161,6 +162,16 @@ Hierarchy::Hierarchy(const Scene& scene)
   }
   plane_of_ = FindPlanes(scene);
   convex_ = IsConvex(scene, geometry_, extent);
+}
+
+void Hierarchy::TakeOptics(const Scene& scene) {
+  CHECK_EQ(scene.polygons.size(), scene_->polygons.size());
+  scene_ = &scene;
+  maps_ = SurfaceMaps(scene);
+  surfaces_ = MakeSurfaces(scene);
+  CHECK_EQ(surfaces_.size(), geometry_.size());
+  emitted_w_ = Rgb(0.0);
+  for (size_t s = 0; s < surfaces_.size(); ++s) emitted_w_ += area_m2_[s] * surfaces_[s].exitance;
 }
 
 }  // namespace isolux

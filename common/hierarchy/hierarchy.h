@@ -32,6 +32,10 @@ class Hierarchy {
   // Keeps a pointer to the scene: it must outlive the hierarchy.
   explicit Hierarchy(const Scene& scene);
 
+  // Takes what surfaces reflect and emit, and all light, from a scene of the same polygons, which
+  // must outlive the hierarchy in the place of the first. Nodes and geometry stay as they are.
+  void TakeOptics(const Scene& scene);
+
   const Scene& scene() const { return *scene_; }
   std::span<const Surface> surfaces() const { return surfaces_; }
   std::span<const Cluster> clusters() const {

@@ -7,6 +7,7 @@
 
 #include "common/rpc/convert_nodes.h"
 #include "common/rpc/convert_options.h"
+#include "common/scene/bands.h"
 #include "isolux/v1/worker_messages.pb.h"
 
 namespace isolux {
@@ -47,6 +48,7 @@ constexpr KindName kNames[] = {
     {MessageKind::kCancelJob, "CancelJob"},
     {MessageKind::kRelease, "Release"},
     {MessageKind::kCountErrors, "CountErrors"},
+    {MessageKind::kSolveGroup, "SolveGroup"},
     {MessageKind::kNeedScene, "NeedScene"},
     {MessageKind::kStarted, "Started"},
     {MessageKind::kReduce, "Reduce"},
@@ -163,6 +165,25 @@ Result<RoundCommand> DecodeMessage(const std::string& payload) {
                  proto.round(), proto.epsilon(), proto.accuracy());
   }
   return RoundCommand{proto.round(), proto.epsilon(), proto.accuracy(), proto.replay()};
+}
+
+std::string Encode(const SolveGroup& message) {
+  v1::SolveGroup proto;
+  proto.set_group(message.group);
+  proto.set_accuracy(message.accuracy);
+  proto.set_start(message.start);
+  return proto.SerializeAsString();
+}
+
+template <>
+Result<SolveGroup> DecodeMessage(const std::string& payload) {
+  v1::SolveGroup proto;
+  RETURN_IF_ERROR(Parse(payload, "SolveGroup", &proto));
+  if (proto.group() >= kMostBands || !(proto.accuracy() > 0 && proto.accuracy() <= 1)) {
+    return Error(StatusCode::kDataLoss, "SolveGroup: group {}, accuracy {}", proto.group(),
+                 proto.accuracy());
+  }
+  return SolveGroup{proto.group(), proto.accuracy(), std::move(*proto.mutable_start())};
 }
 
 std::string Encode(const RoundReport& message) {

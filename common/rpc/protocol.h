@@ -22,6 +22,10 @@
 //     Absorb                       ──▶
 //     Gather                       ──▶
 //                                  ◀──  GatherPart
+//     SolveGroup                   ──▶                       (of bands, one after the other)
+//                                  ◀──  collectives, RoundReport, SnapshotPart
+//     InstallSnapshot, Gather      ──▶
+//                                  ◀──  GatherPart
 //     EndJob | CancelJob           ──▶
 //
 // Any time during a job a worker may say Progress, Drain or Failed, and be told CancelJob or, once
@@ -63,6 +67,7 @@ enum class MessageKind : uint32_t {
   kCancelJob = 13,
   kRelease = 14,
   kCountErrors = 15,
+  kSolveGroup = 16,
   // Worker to coordinator.
   kNeedScene = 32,
   kStarted = 33,
@@ -111,6 +116,13 @@ struct RoundCommand {
   double epsilon = 0;   // W
   double accuracy = 0;  // sets where the solver stops
   bool replay = false;
+};
+
+// Of bands (common/scene/bands.h).
+struct SolveGroup {
+  uint32_t group = 0;
+  double accuracy = 0;  // sets where the solver stops
+  std::string start;    // snapshot, encoded
 };
 
 struct SubscribeRequest {
@@ -188,6 +200,7 @@ std::string Encode(const NeedScene& message);
 std::string Encode(const SceneData& message);
 std::string Encode(const Started& message);
 std::string Encode(const RoundCommand& message);
+std::string Encode(const SolveGroup& message);
 std::string Encode(const Reduction& message);
 std::string Encode(const SubscribeRequest& message);
 std::string Encode(const SubscribeReply& message);

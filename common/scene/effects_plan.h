@@ -12,6 +12,7 @@ struct EffectsPlan {
   int channels = 3;
   Rgb light_colour{1.0};  // the largest component is 1
   Rgb exitance_weights{0.0};
+  bool bands = false;     // spectral ones are solved for, once the channels are
   double grey_error = 0;  // bound on what counting reflectances as grey costs, of the mean of H
   // The same of effects that are left out by what the first round measured.
   double measured_error = 0;

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cmath>
+
 #include "common/scene/scene.h"
 #include "common/scene/surface_maps.h"
 
@@ -20,6 +23,38 @@ Vec3 ConvexPolygon::Centroid() const {
     weight += area;
   }
   return weight > 0 ? v[0] + moment / (3.0 * weight) : v[0];
+}
+
+bool HasArea(const ConvexPolygon& polygon) {
+  double longest2 = 0;
+  for (int i = 0; i < polygon.count; ++i) {
+    const Vec3 side = polygon.v[(i + 1) % polygon.count] - polygon.v[i];
+    longest2 = std::max(longest2, glm::dot(side, side));
+  }
+  const double area = polygon.Area();
+  return area > kNoArea * longest2 && area > 1e-200;
+}
+
+bool IsPlanar(const ConvexPolygon& polygon) {
+  if (polygon.count < 4) return true;
+  const Vec3 normal = polygon.Normal();
+  const double diagonal =
+      std::max(glm::length(polygon.v[2] - polygon.v[0]), glm::length(polygon.v[3] - polygon.v[1]));
+  // The normal is that of both diagonals, so the corners lie alternately above and below the plane.
+  const double gap = std::abs(glm::dot(polygon.v[1] - polygon.v[0], normal));
+  return gap <= kPlanarTolerance * diagonal;
+}
+
+bool IsConvex(const ConvexPolygon& polygon) {
+  const Vec3 normal = polygon.Normal();
+  for (int i = 0; i < polygon.count; ++i) {
+    const Vec3& here = polygon.v[i];
+    const Vec3 in = here - polygon.v[(i + polygon.count - 1) % polygon.count];
+    const Vec3 out = polygon.v[(i + 1) % polygon.count] - here;
+    const double turn = glm::dot(glm::cross(in, out), normal);
+    if (turn < -kConvexTolerance * glm::length(in) * glm::length(out)) return false;
+  }
+  return true;
 }
 
 ConvexPolygon SideGeometry(const Scene& scene, uint32_t polygon, Side side) {

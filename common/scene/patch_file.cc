@@ -14,6 +14,7 @@ namespace {
 constexpr std::string_view kMagic = "ply";
 constexpr std::string_view kFormat = "format binary_little_endian 1.0";
 constexpr std::string_view kComment = "comment isolux ";
+constexpr std::string_view kBand = "band ";  // after kComment: its number, low_nm, high_nm
 constexpr std::string_view kEnd = "end_header";
 constexpr size_t kLongestLine = 1 << 20;
 constexpr size_t kMostComments = 1 << 16;
@@ -26,9 +27,13 @@ struct Layout {
   bool double_positions = false;
   bool long_lists = false;  // a face has more than 255 vertices
   uint64_t vertices = 0, faces = 0;
+  uint64_t bands = 0;
 
-  uint64_t VertexBytes() const { return (double_positions ? 24 : 12) + 3 + 24; }
-  uint64_t FaceBytes() const { return (long_lists ? 4 : 1) + 36 + 4 + 4 + 4 + 1 + 8; }  // + list
+  uint64_t BandBytes() const { return 2 * bands * sizeof(float); }
+  uint64_t VertexBytes() const { return (double_positions ? 24 : 12) + 3 + 24 + BandBytes(); }
+  uint64_t FaceBytes() const {  // without the list
+    return (long_lists ? 4 : 1) + 36 + 4 + 4 + 4 + 1 + 8 + BandBytes();
+  }
 };
 
 // The header after the comments, one entry a line.
@@ -41,6 +46,13 @@ std::vector<std::string> HeaderLines(const Layout& layout) {
       }
     }
   };
+  const auto bands = [&] {
+    for (const char* group : {"radiosity", "irradiance"}) {
+      for (uint64_t b = 1; b <= layout.bands; ++b) {
+        lines.push_back(fmt::format("property float {}_band_{}", group, b));
+      }
+    }
+  };
   lines.push_back(fmt::format("element vertex {}", layout.vertices));
   for (const char axis : {'x', 'y', 'z'}) {
     lines.push_back(
@@ -50,6 +62,7 @@ std::vector<std::string> HeaderLines(const Layout& layout) {
     lines.push_back(fmt::format("property uchar {}", colour));
   }
   floats({"radiosity", "irradiance"});
+  bands();
   lines.push_back(fmt::format("element face {}", layout.faces));
   lines.push_back(
       fmt::format("property list {} uint vertex_indices", layout.long_lists ? "uint" : "uchar"));
@@ -58,6 +71,7 @@ std::vector<std::string> HeaderLines(const Layout& layout) {
                                "uint path_low", "uint path_high"}) {
     lines.push_back(fmt::format("property {}", property));
   }
+  bands();
   return lines;
 }
 
@@ -109,6 +123,7 @@ Layout LayoutOf(const PatchFile& file) {
   Layout layout;
   layout.vertices = file.vertices.size();
   layout.faces = file.faces.size();
+  layout.bands = file.bands.size();
   Bounds3 bounds;
   for (const PatchVertex& v : file.vertices) bounds.Add(v.position);
   if (!bounds.Empty()) {
@@ -128,6 +143,21 @@ std::array<float, 3> GetFloats(ByteReader& in) {
   std::array<float, 3> values{};
   for (float& value : values) value = in.Get<float>();
   return values;
+}
+
+void Put(ByteWriter& out, const BandValues& of, size_t item, size_t bands) {
+  const size_t begin = 2 * bands * item;
+  for (size_t i = begin; i < begin + 2 * bands; ++i) out.Put(of.values[i]);
+}
+
+// False where one is no number.
+bool AppendBands(ByteReader& in, size_t bands, BandValues* to) {
+  bool finite = true;
+  for (size_t i = 0; i < 2 * bands; ++i) {
+    to->values.push_back(in.Get<float>());
+    finite = finite && std::isfinite(to->values.back());
+  }
+  return finite;
 }
 
 bool Finite(const std::array<float, 3>& values) {
@@ -179,6 +209,18 @@ bool ParseCount(std::string_view line, std::string_view prefix, uint64_t* count)
   return error == std::errc() && end == line.data() + line.size() && *count <= kMostItems;
 }
 
+// The band after `count` others: its number, from 1, and its wavelengths, in nm.
+bool ParseBand(std::string_view line, size_t count, Band* band) {
+  const std::string start = fmt::format("{}{} ", kBand, count + 1);
+  if (!line.starts_with(start)) return false;
+  const char* end = line.data() + line.size();
+  const auto low = std::from_chars(line.data() + start.size(), end, band->low_nm);
+  if (low.ec != std::errc() || low.ptr == end || *low.ptr != ' ') return false;
+  const auto high = std::from_chars(low.ptr + 1, end, band->high_nm);
+  return high.ec == std::errc() && high.ptr == end && band->low_nm > 0 &&
+         band->high_nm > band->low_nm;
+}
+
 // Reads the header's variable parts, then checks the rest of it against what Encode writes.
 Result<Layout> ReadHeader(HeaderReader& header, PatchFile* file) {
   RETURN_IF_ERROR(header.Expect(kMagic));
@@ -186,6 +228,15 @@ Result<Layout> ReadHeader(HeaderReader& header, PatchFile* file) {
   ASSIGN_OR_RETURN(std::string_view line, header.Line());
   while (line.starts_with(kComment)) {
     line.remove_prefix(kComment.size());
+    if (line.starts_with(kBand)) {
+      Band band;
+      if (file->bands.size() == kMostBands || !ParseBand(line, file->bands.size(), &band)) {
+        return header.Fail("a spectral band is not told as 'band NUMBER LOW HIGH'");
+      }
+      file->bands.push_back(band);
+      ASSIGN_OR_RETURN(line, header.Line());
+      continue;
+    }
     const size_t blank = line.find(' ');
     if (file->comments.size() == kMostComments) return header.Fail("too many comments");
     if (blank == 0 || blank == std::string_view::npos) return header.Fail("a comment has no value");
@@ -193,6 +244,7 @@ Result<Layout> ReadHeader(HeaderReader& header, PatchFile* file) {
     ASSIGN_OR_RETURN(line, header.Line());
   }
   Layout layout;
+  layout.bands = file->bands.size();
   if (!ParseCount(line, "element vertex ", &layout.vertices)) {
     return header.Fail("expected 'element vertex COUNT'");
   }
@@ -239,7 +291,8 @@ Status ReadVertices(ByteReader& in, const Layout& layout, const std::string& nam
     v.radiosity = GetFloats(in);
     v.irradiance = GetFloats(in);
     const bool finite = std::isfinite(v.position.x) && std::isfinite(v.position.y) &&
-                        std::isfinite(v.position.z) && Finite(v.radiosity) && Finite(v.irradiance);
+                        std::isfinite(v.position.z) && Finite(v.radiosity) &&
+                        Finite(v.irradiance) && AppendBands(in, layout.bands, &file->vertex_bands);
     if (!finite) {
       return MakeStatus(StatusCode::kInvalidArgument,
                         "{}: vertex {} holds what is no number; fetch or solve it again", name, i);
@@ -248,7 +301,7 @@ Status ReadVertices(ByteReader& in, const Layout& layout, const std::string& nam
   return {};
 }
 
-Status ReadFace(ByteReader& in, const Layout& layout, PatchFace* face) {
+Status ReadFace(ByteReader& in, const Layout& layout, PatchFace* face, BandValues* bands) {
   const uint64_t count = layout.long_lists ? in.Get<uint32_t>() : in.Get<uint8_t>();
   const auto fail = [](const char* what) { return Status(StatusCode::kInvalidArgument, what); };
   if (!in.Holds(count, 4)) return fail("breaks off");
@@ -267,9 +320,10 @@ Status ReadFace(ByteReader& in, const Layout& layout, PatchFace* face) {
   face->side = in.Get<uint8_t>();
   const uint64_t low = in.Get<uint32_t>();
   face->path = low | static_cast<uint64_t>(in.Get<uint32_t>()) << 32;
+  const bool finite_bands = AppendBands(in, layout.bands, bands);
   if (!in.ok()) return fail("breaks off");
   if (!Finite(face->radiosity) || !Finite(face->irradiance) || !Finite(face->emission) ||
-      !std::isfinite(face->error)) {
+      !std::isfinite(face->error) || !finite_bands) {
     return fail("holds what is no number");
   }
   if (face->side > 1) return fail("has a side that is neither 0 nor 1");
@@ -301,11 +355,16 @@ std::string Encode(const PatchFile& file) {
   for (const auto& [key, value] : file.comments) {
     line(fmt::format("{}{} {}", kComment, OneLine(key, true), OneLine(value, false)));
   }
+  for (size_t b = 0; b < file.bands.size(); ++b) {
+    line(fmt::format("{}{}{} {} {}", kComment, kBand, b + 1, file.bands[b].low_nm,
+                     file.bands[b].high_nm));
+  }
   for (const std::string& text : HeaderLines(layout)) line(text);
   line(kEnd);
 
   const ViewerColours colours(file.vertices);
-  for (const PatchVertex& v : file.vertices) {
+  for (size_t i = 0; i < file.vertices.size(); ++i) {
+    const PatchVertex& v = file.vertices[i];
     for (int d = 0; d < 3; ++d) {
       if (layout.double_positions) {
         out.Put(v.position[d]);
@@ -316,8 +375,10 @@ std::string Encode(const PatchFile& file) {
     for (const uint8_t value : colours.Of(v.radiosity)) out.Put(value);
     Put(out, v.radiosity);
     Put(out, v.irradiance);
+    Put(out, file.vertex_bands, i, file.bands.size());
   }
-  for (const PatchFace& face : file.faces) {
+  for (size_t i = 0; i < file.faces.size(); ++i) {
+    const PatchFace& face = file.faces[i];
     if (layout.long_lists) {
       out.Put(static_cast<uint32_t>(face.vertices.size()));
     } else {
@@ -333,6 +394,7 @@ std::string Encode(const PatchFile& file) {
     out.Put(face.side);
     out.Put(static_cast<uint32_t>(face.path));
     out.Put(static_cast<uint32_t>(face.path >> 32));
+    Put(out, file.face_bands, i, file.bands.size());
   }
   return out.Take();
 }
@@ -350,7 +412,7 @@ Result<PatchFile> DecodePatchFile(const std::string& bytes, const std::string& n
   }
   file.faces.resize(layout.faces);
   for (uint64_t i = 0; i < layout.faces; ++i) {
-    const Status status = ReadFace(in, layout, &file.faces[i]);
+    const Status status = ReadFace(in, layout, &file.faces[i], &file.face_bands);
     if (!status.ok()) {
       return Error(status.code(), "{}: face {} {}; fetch or solve it again", name, i,
                    status.message());

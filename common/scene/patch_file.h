@@ -5,10 +5,12 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "common/scene/bands.h"
 #include "common/scene/solve_options.h"
 #include "common/util/status.h"
 #include "common/vec.h"
@@ -33,12 +35,29 @@ struct PatchFace {
   uint64_t path = 1;  // of the element on its surface
 };
 
+// What spectral bands bring to vertices or faces, one after the other, W/m²: of each the
+// radiosities of all bands, then the irradiances.
+struct BandValues {
+  std::vector<float> values;
+
+  std::span<const float> Radiosity(size_t item, size_t bands) const {
+    return std::span(values).subspan(2 * bands * item, bands);
+  }
+  std::span<const float> Irradiance(size_t item, size_t bands) const {
+    return std::span(values).subspan(2 * bands * item + bands, bands);
+  }
+};
+
 struct PatchFile {
   // `comment isolux KEY VALUE`, in order; the only part in which two runs with the same thresholds
   // may differ.
   std::vector<std::pair<std::string, std::string>> comments;
   std::vector<PatchVertex> vertices;
   std::vector<PatchFace> faces;
+  // Where light has spectral bands; then what vertices and faces have in red, green and blue are
+  // their sums.
+  std::vector<Band> bands;
+  BandValues vertex_bands, face_bands;
 
   // Value of a comment, or empty.
   std::string Comment(const std::string& key) const;

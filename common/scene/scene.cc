@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/scene/bands.h"
 #include "common/scene/fluorescence_bytes.h"
 #include "common/scene/specular.h"
 #include "common/scene/translucency.h"
@@ -305,38 +306,6 @@ Status GetMaps(ByteReader& in, const SceneLimits& limits, Scene* scene) {
 
 }  // namespace
 
-bool HasArea(const ConvexPolygon& polygon) {
-  double longest2 = 0;
-  for (int i = 0; i < polygon.count; ++i) {
-    const Vec3 side = polygon.v[(i + 1) % polygon.count] - polygon.v[i];
-    longest2 = std::max(longest2, glm::dot(side, side));
-  }
-  const double area = polygon.Area();
-  return area > kNoArea * longest2 && area > 1e-200;
-}
-
-bool IsPlanar(const ConvexPolygon& polygon) {
-  if (polygon.count < 4) return true;
-  const Vec3 normal = polygon.Normal();
-  const double diagonal =
-      std::max(glm::length(polygon.v[2] - polygon.v[0]), glm::length(polygon.v[3] - polygon.v[1]));
-  // The normal is that of both diagonals, so the corners lie alternately above and below the plane.
-  const double gap = std::abs(glm::dot(polygon.v[1] - polygon.v[0], normal));
-  return gap <= kPlanarTolerance * diagonal;
-}
-
-bool IsConvex(const ConvexPolygon& polygon) {
-  const Vec3 normal = polygon.Normal();
-  for (int i = 0; i < polygon.count; ++i) {
-    const Vec3& here = polygon.v[i];
-    const Vec3 in = here - polygon.v[(i + polygon.count - 1) % polygon.count];
-    const Vec3 out = polygon.v[(i + 1) % polygon.count] - here;
-    const double turn = glm::dot(glm::cross(in, out), normal);
-    if (turn < -kConvexTolerance * glm::length(in) * glm::length(out)) return false;
-  }
-  return true;
-}
-
 bool Emits(const Scene& scene) {
   if (Sum(scene.sky.MeanRadiance()) > 0) return true;
   const auto shines = [](const Light& light) { return Sum(light.intensity) > 0; };
@@ -370,6 +339,12 @@ Status Validate(const Scene& scene, const SceneLimits& limits) {
   }
   for (size_t m = 0; m < scene.materials.size(); ++m) {
     RETURN_IF_ERROR(CheckMaterial(scene.materials[m], m));
+  }
+  RETURN_IF_ERROR(CheckBands(scene));
+  for (uint32_t group = 0; group < BandGroupCount(scene.bands.size()); ++group) {
+    for (size_t m = 0; m < scene.materials.size(); ++m) {
+      RETURN_IF_ERROR(CheckMaterial(MaterialOfGroup(scene, scene.materials[m], group), m));
+    }
   }
   RETURN_IF_ERROR(CheckMaps(scene));
   if (scene.lights.size() > limits.lights) {
@@ -431,6 +406,7 @@ std::string Encode(const Scene& scene) {
   PutSheets(out, scene);
   PutGlazing(out, scene.glazing);
   PutFluorescence(out, scene);
+  PutBands(out, scene);
   return out.Take();
 }
 
@@ -474,7 +450,7 @@ Result<Scene> Decode(const std::string& bytes, const SceneLimits& limits) {
   const auto follows = [&in](uint64_t magic) { return ByteReader(in).Get<uint64_t>() == magic; };
   if (in.ok() && in.left() > 0 && !follows(kLightsMagic) && !follows(kSkyMagic) &&
       !follows(kMirrorsMagic) && !follows(kMediumMagic) && !follows(kSheetsMagic) &&
-      !follows(kGlazingMagic) && !follows(kFluorescenceMagic)) {
+      !follows(kGlazingMagic) && !follows(kFluorescenceMagic) && !follows(kBandsMagic)) {
     RETURN_IF_ERROR(GetMaps(in, limits, &scene));
   }
   if (in.ok() && follows(kLightsMagic)) RETURN_IF_ERROR(GetLights(in, limits, &scene));
@@ -486,6 +462,7 @@ Result<Scene> Decode(const std::string& bytes, const SceneLimits& limits) {
     RETURN_IF_ERROR(TakeGlazing(in, limits.polygons, &scene.glazing));
   }
   if (in.ok() && follows(kFluorescenceMagic)) RETURN_IF_ERROR(TakeFluorescence(in, &scene));
+  if (in.ok() && follows(kBandsMagic)) RETURN_IF_ERROR(TakeBands(in, &scene));
   if (!in.ok() || in.left() > 0) {
     return Error(StatusCode::kDataLoss, "scene: its end is {}", in.ok() ? "too late" : "missing");
   }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/bands.h"
 #include "common/scene/glazing.h"
 #include "common/scene/light.h"
 #include "common/scene/medium.h"
@@ -34,6 +35,7 @@ struct Material {
   // sides take part; see translucency.h). With reflectance and specular share below 1.
   Rgb transmittance{0.0};
   Reradiation reradiation{};  // fluorescence; with all of these below 1 in each channel
+  Spectrum spectrum{};        // what of these is known band by band
   // How these vary over polygons that have texture coordinates; without, they are the means.
   TextureUse reflectance_map{}, exitance_map{};
 };
@@ -74,6 +76,7 @@ struct Scene {
   std::vector<Vec3> vertices;  // metres, relative to `origin_m`
   std::vector<Polygon> polygons;
   std::vector<Material> materials;
+  std::vector<Band> bands;  // spectral ones; without, light has its three channels alone
   std::vector<Texture> textures;
   std::vector<TextureCoordinates> coordinates;
   std::vector<Photometry> photometries;  // of photometric lights

@@ -90,6 +90,20 @@ struct RoundSummary {
   std::vector<MeasuredEffect> measured;
 };
 
+// What became of a spectral band, and of a group of them (bands.h).
+struct BandSummary {
+  double emitted_w = 0, absorbed_w = 0, escaped_w = 0, medium_w = 0, glass_w = 0;
+};
+struct BandGroupSummary {
+  std::vector<BandSummary> bands;  // from short to long
+  double error_estimate = 0;       // mean |ΔH| / mean H of its bands together
+  double irradiance_w = 0;         // ∫ H dA, over its bands
+  uint32_t channels = 0;           // that it took: 1, where its bands differ in nothing, or 3
+  uint32_t iterations = 0;         // matrix products
+  double residual = 0, energy_imbalance = 0;  // as of a round
+  double seconds = 0;                         // wall, gather included
+};
+
 // Why a solve ended.
 enum class EndReason { kAccuracy, kSeconds, kLinks, kMemory, kRounds, kPrecision, kFinished };
 const char* ToText(EndReason reason);  // "accuracy reached", "time budget used", ...
@@ -102,6 +116,7 @@ struct SolveSummary {
   std::vector<double> gather_cpu_s;  // CPU of each worker in the gather
   uint32_t workers = 0;
   uint64_t rays = 0;  // shadow rays of all rounds and the gather
+  std::vector<BandGroupSummary> band_groups;
 };
 
 Result<Distribution> ParseDistribution(const std::string& text);  // octree|random|input|balanced

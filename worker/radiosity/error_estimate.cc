@@ -68,6 +68,7 @@ double UnevenReturn(const Tree& tree, const Link& link, uint32_t node, double va
 // Σ A |mean of H − H before| over the old leaves that own leaves lie on.
 void AddChange(const LeafSystem& leaves, std::span<const Lanes> irradiance,
                const Previous& previous, ExactSum& sum) {
+  if (previous.irradiance.empty()) return;
   for (size_t begin = 0, end = 0; begin < leaves.size(); begin = end) {
     Lanes now{};
     double area = 0;

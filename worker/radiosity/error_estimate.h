@@ -25,7 +25,7 @@ struct ErrorEstimate {
 };
 
 // What the round before had found, to see how much has changed: a solution that still moves is not
-// yet known.
+// yet known. Empty where there was no round of the same light.
 struct Previous {
   std::span<const Lanes> irradiance;  // of the old leaf at or above each own leaf
   std::span<const uint32_t> leaf;     // its number; own leaves below one old leaf follow each other

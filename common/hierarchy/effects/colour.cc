@@ -9,6 +9,10 @@ namespace {
 
 double LargestOf(const Rgb& c) { return std::max({c.x, c.y, c.z}); }
 
+std::string Counted(size_t count, const char* what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
 // Largest distance of a channel's reflectance from the mean of the surface's, with the largest such
 // mean; what sheets pass on is added to both.
 struct Tint {
@@ -71,7 +75,7 @@ bool LampsAreAlike(const Hierarchy& hierarchy) {
 // With ρ' = ρ + δ in place of ρ, H' − H = (I − Fρ')⁻¹ F (ρ' − ρ) H, and F hands on no more power
 // than it takes: Σ A|H' − H| ≤ δ/(1 − ρ'max) Σ A H, channel by channel. Lamps of several colours
 // and media or panes that absorb in colour have no such bound, nor has fluorescence.
-Effect DetectColour(const Hierarchy& hierarchy) {
+Effect DetectChannels(const Hierarchy& hierarchy) {
   const Tint tint = FindTint(hierarchy);
   const bool in_medium = !hierarchy.scene().medium.is_grey();
   const bool in_glass = !hierarchy.scene().glazing.is_grey();
@@ -88,6 +92,18 @@ Effect DetectColour(const Hierarchy& hierarchy) {
   if (in_glass) effect.evidence += "; glass in colour";
   if (fluorescent) effect.evidence += "; fluorescence";
   if (alike) effect.bound = tint.largest > 1e-9 ? tint.largest / (1 - tint.mean) : 0.0;
+  return effect;
+}
+
+// What bands find the channels do not bound.
+Effect DetectColour(const Hierarchy& hierarchy) {
+  Effect effect = DetectChannels(hierarchy);
+  const size_t bands = hierarchy.scene().bands.size();
+  if (bands == 0) return effect;
+  effect.present = true;
+  effect.bound.reset();
+  effect.evidence += fmt::format("; {} in {}", Counted(bands, "spectral band"),
+                                 Counted(BandGroupCount(bands), "group"));
   return effect;
 }
 

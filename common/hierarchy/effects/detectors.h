@@ -44,6 +44,8 @@ Effect DetectSheets(const Hierarchy& hierarchy);
 
 // colour.cc
 Effect DetectColour(const Hierarchy& hierarchy);
+// The same for the three channels alone, without spectral bands.
+Effect DetectChannels(const Hierarchy& hierarchy);
 
 // What the importer found in the file and replaced by something simpler (replaced.cc), by what the
 // repair report says of it. Maps are followed where the scene has them.

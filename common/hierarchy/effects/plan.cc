@@ -170,10 +170,15 @@ EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const Effe
   table.plan.fluorescence = fluorescence.on;
   // Light that changes its channel needs all.
   const bool coloured = fluorescence.present && fluorescence.on;
-  table.plan.channels = coloured || Find(table.effects, "colour").on ? 3 : 1;
+  const Effect& colour = Find(table.effects, "colour");
+  table.plan.bands = colour.on && !hierarchy.scene().bands.empty();
+  // Bands call for three channels only where these differ too.
+  const bool channels_differ =
+      colour.on && (!table.plan.bands || DetectChannels(hierarchy).present);
+  table.plan.channels = coloured || channels_differ ? 3 : 1;
   if (table.plan.channels == 1) {
     SetLightColour(hierarchy, &table.plan);
-    table.plan.grey_error = Find(table.effects, "colour").bound.value_or(0);
+    table.plan.grey_error = colour.bound.value_or(0);
   }
   table.plan.occlusion = Find(table.effects, "occlusion").on;
   table.plan.interreflection = Find(table.effects, "interreflection").on;
@@ -207,6 +212,15 @@ bool NoteDecisions(const EffectsTable& table, std::vector<MeasuredEffect>* measu
     any |= found.off;
   }
   return any;
+}
+
+EffectsPlan PlanGroup(const Hierarchy& of_group, const EffectsPlan& plan) {
+  EffectsPlan result = plan;
+  result.bands = false;
+  result.grey_error = 0;
+  result.channels = DetectChannels(of_group).present ? 3 : 1;
+  if (result.channels == 1) SetLightColour(of_group, &result);
+  return result;
 }
 
 }  // namespace isolux

@@ -36,4 +36,8 @@ EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const Effe
 // any effect is left out for it.
 bool NoteDecisions(const EffectsTable& table, std::vector<MeasuredEffect>* measured);
 
+// The plan for a group of a scene's bands (SceneOfGroup): that of the whole scene, in one channel
+// where the bands differ in nothing.
+EffectsPlan PlanGroup(const Hierarchy& of_group, const EffectsPlan& plan);
+
 }  // namespace isolux

@@ -137,6 +137,7 @@ std::vector<Case> MakeCases(uint64_t seed) {
       MakeCase("SceneData", SceneData{std::string(32, '0'), "not a scene"}),
       MakeCase("Started", Started{{1.0, 2.0, random.Unit()}}),
       MakeCase("Round", RoundCommand{3, 0.25, 0.02, true}),
+      MakeCase("SolveGroup", SolveGroup{3, 0.02, "bytes"}),
       MakeCase("Reduce", RandomReduction(random)),
       MakeCase("Subscribe", request),
       MakeCase("SubscribeReply", SubscribeReply{RandomIds(random, 30)}),
@@ -228,6 +229,9 @@ TEST(ProtocolTest, RefusesWhatTheReceiverCouldNotUse) {
 
   EXPECT_FALSE(DecodeMessage<RoundCommand>(Encode(RoundCommand{1, 0.0, 0.1, false})).has_value());
   EXPECT_FALSE(DecodeMessage<RoundCommand>(Encode(RoundCommand{0, 1.0, 0.1, false})).has_value());
+
+  EXPECT_FALSE(DecodeMessage<SolveGroup>(Encode(SolveGroup{64, 0.1, ""})).has_value());
+  EXPECT_FALSE(DecodeMessage<SolveGroup>(Encode(SolveGroup{0, 0.0, ""})).has_value());
 
   const NodeId a{1, 1}, b{2, 1};
   EXPECT_TRUE(DecodeMessage<SubscribeReply>(Encode(SubscribeReply{{a, b}})).has_value());

@@ -76,6 +76,51 @@ TEST(PatchFile, ComesBackAsItWas) {
   EXPECT_EQ(back->Comment("nothing"), "");
 }
 
+// The same with two spectral bands.
+PatchFile WithBands() {
+  PatchFile file = TwoFaces();
+  file.bands = {{400, 490.5}, {490.5, 580}};
+  const auto fill = [](size_t items, BandValues* to) {
+    for (size_t i = 0; i < 4 * items; ++i) to->values.push_back(static_cast<float>(i) + 0.25F);
+  };
+  fill(file.vertices.size(), &file.vertex_bands);
+  fill(file.faces.size(), &file.face_bands);
+  return file;
+}
+
+TEST(PatchFile, BandsComeBack) {
+  const PatchFile file = WithBands();
+  const std::string bytes = Encode(file);
+  const auto back = DecodePatchFile(bytes, "bands.ply");
+  ASSERT_TRUE(back.has_value()) << back.error().message();
+  ExpectEqual(file, *back);
+  EXPECT_EQ(back->bands, file.bands);
+  EXPECT_EQ(back->vertex_bands.values, file.vertex_bands.values);
+  EXPECT_EQ(back->face_bands.values, file.face_bands.values);
+  EXPECT_EQ(Encode(*back), bytes);
+  EXPECT_EQ(back->vertex_bands.Irradiance(1, 2)[1], 7.25F);
+  EXPECT_EQ(back->vertex_bands.Radiosity(1, 2)[1], 5.25F);
+  const std::string header = bytes.substr(0, bytes.find("end_header"));
+  EXPECT_THAT(header, HasSubstr("comment isolux band 2 490.5 580\n"));
+  EXPECT_THAT(header, HasSubstr("property float irradiance_b\nproperty float radiosity_band_1\n"));
+  EXPECT_THAT(header, HasSubstr("property uint path_high\nproperty float radiosity_band_1\n"));
+}
+
+TEST(PatchFile, BandsMustBeToldOneByOne) {
+  const std::string good = Encode(WithBands());
+  for (const auto& [from, to] : {std::pair("band 2 490.5 580", "band 3 490.5 580"),
+                                 std::pair("band 2 490.5 580", "band 2 490.5 480"),
+                                 std::pair("band 2 490.5 580", "band 2 490.5"),
+                                 std::pair("band 2 490.5 580", "other 490.5 580")}) {
+    std::string bytes = good;
+    bytes.replace(bytes.find(from), std::string(from).size(), to);
+    EXPECT_FALSE(DecodePatchFile(bytes, "bands.ply").has_value()) << to;
+  }
+  PatchFile file = WithBands();
+  file.face_bands.values[7] = std::numeric_limits<float>::infinity();
+  EXPECT_THAT(DecodePatchFile(Encode(file), "nan.ply").error().message(), HasSubstr("face 1"));
+}
+
 TEST(PatchFile, HeaderIsPlainPly) {
   const std::string bytes = Encode(TwoFaces());
   const std::string header = bytes.substr(0, bytes.find("end_header"));
@@ -150,11 +195,11 @@ TEST(PatchFile, HugeCountsTakeNoMemory) {
 TEST(PatchFile, SurvivesDamage) {
   constexpr uint64_t kSeed = 20240611;
   SCOPED_TRACE(::testing::Message() << "seed " << kSeed);
-  const std::string good = Encode(TwoFaces());
+  const std::string without = Encode(TwoFaces()), with = Encode(WithBands());
   Random random(kSeed);
   int accepted = 0;
   for (int trial = 0; trial < 20'000; ++trial) {
-    std::string bytes = good;
+    std::string bytes = trial % 2 == 0 ? without : with;
     const int changes = 1 + static_cast<int>(random.Bits() % 4);
     for (int k = 0; k < changes && !bytes.empty(); ++k) {
       const size_t at = random.Bits() % bytes.size();
@@ -179,6 +224,7 @@ TEST(PatchFile, SurvivesDamage) {
       continue;
     }
     ++accepted;
+    ASSERT_EQ(file->vertex_bands.values.size(), 2 * file->bands.size() * file->vertices.size());
     for (const PatchFace& face : file->faces) {
       for (const uint32_t v : face.vertices) ASSERT_LT(v, file->vertices.size());
     }

@@ -1,0 +1,25 @@
+// Spectra of isolux.json: bands of wavelengths, and what materials reflect, pass on and emit in
+// each.
+//
+//   {"spectra": {"bands_nm": [[400, 490], [490, 580], [580, 700]],
+//                "materials": {"wall": {"reflectance": [0.2, 0.5, 0.7], "transmittance": …},
+//                              "lamp": {"exitance_w_m2": [1, 3, 2]}}}}
+//
+// Each is one number for all bands or one a band.
+#pragma once
+
+#include "client/import/json_element.h"
+#include "client/import/scene_file.h"
+#include "common/util/status.h"
+
+namespace isolux {
+
+// Reads them into the file; lights and sky lose channels that have no band.
+Status ReadSpectra(const JsonElement& element, SceneFile* file);
+
+// Gives the scene its bands and its materials, which are those of the file, their spectra, and what
+// follows from them for red, green and blue. A spectrum of a material that does not exist, has a
+// map, or is glass is an error.
+Status ApplySpectra(const SceneFile& file, Scene* scene);
+
+}  // namespace isolux
