@@ -18,6 +18,7 @@
 #include "server/gather_waves.h"
 #include "server/job_report.h"
 #include "server/link_budget.h"
+#include "server/output_options.h"
 #include "server/partition.h"
 #include "server/relay_loop.h"
 #include "server/schedule.h"
@@ -92,7 +93,10 @@ struct JobRunner::Impl {
   Status Migrate(const BalancePlan& plan, RoundSummary* row);
   void Release(const std::vector<bool>& staying);
   ScheduleDecision Decide() const;
-  OutputMeshOptions OutputOptions() const;
+  OutputMeshOptions OutputOptions() const {
+    return OutputOptionsOf(summary.rounds.back(), input.options.accuracy, hierarchy, effects.plan,
+                           snapshot.leaves.size(), limits.output);
+  }
   void Announce();
   Result<PatchFile> MakeOutput();
   void Tell(JobProgress::Stage stage, uint32_t iterations = 0, uint64_t gathered = 0,
@@ -184,8 +188,7 @@ Result<PatchFile> JobRunner::Impl::RunEpoch() {
 
 Result<PatchFile> JobRunner::Impl::MakeOutput() {
   const Clock::time_point start = Clock::now();
-  OutputMeshOptions output = OutputOptions();
-  output.keep_points = effects.plan.bands;
+  const OutputMeshOptions output = OutputOptions();
   Tell(JobProgress::Stage::kGathering);
   GatherWaves waves(*crew, output.accuracy, limits.gather_batch);
   if (effects.plan.interreflection || !output.sheets.empty() || !output.fluorescence.empty()) {
@@ -466,22 +469,6 @@ ScheduleDecision JobRunner::Impl::Decide() const {
   schedule.memory_limit_bytes = limits.memory_share_bytes;
   schedule.finish = Finish();
   return DecideNext(schedule);
-}
-
-OutputMeshOptions JobRunner::Impl::OutputOptions() const {
-  OutputMeshOptions output = limits.output;
-  output.sheets = TranslucentSheets(hierarchy, effects.plan);
-  output.fluorescence = Fluorescence(hierarchy, effects.plan);
-  // No finer than what a budget has left of the accuracy asked for.
-  const double reached = summary.rounds.back().error_estimate;
-  const double asked = input.options.accuracy;
-  output.accuracy =
-      std::isfinite(reached) ? std::clamp(0.5 * reached, asked, std::max(asked, 0.2)) : asked;
-  // A scene of many leaves is fine enough as it is; a coarse one deserves a smooth picture.
-  constexpr uint64_t kEnough = 1 << 16;
-  output.max_elements =
-      std::min(output.max_elements, std::max<uint64_t>(2 * snapshot.leaves.size(), kEnough));
-  return output;
 }
 
 void JobRunner::Impl::Announce() {

@@ -281,6 +281,8 @@ Scene SixBandRoom() {
   scene.bands = kSix;
   scene.materials[0].spectrum.reflectance = {.1, .7, .4, .6, .8, .4};
   scene.materials[5].spectrum.exitance = {.1, .4, 1.5, .5, .3, .7};
+  // Opaque in all of the second group.
+  scene.materials.back().spectrum.transmittance = {.1, .3, .6, 0, 0, 0};
   return scene;
 }
 

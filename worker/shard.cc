@@ -74,7 +74,6 @@ struct Shard::Impl {
             panes_or_null()};
   }
   Status SetAbsorbers();
-  void SetLamps();
   // Puts a group of bands in the place of the channels, in all but the tree's values.
   Status TakeGroup(uint32_t group);
   void MakeLights();
@@ -118,7 +117,11 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
   impl_->plan = effects.plan;
   impl_->to_measure = measured.empty() ? std::move(effects.to_measure) : std::vector<std::string>();
   RETURN_IF_ERROR(impl_->SetAbsorbers());
-  impl_->SetLamps();
+  impl_->lamps_w_m2.clear();
+  for (const Surface& s : impl_->hierarchy.surfaces()) {
+    impl_->lamps_w_m2.push_back(Sum(s.exitance));
+  }
+  impl_->lamps_w = Sum(impl_->hierarchy.emitted_w());
   if (impl_->plan.occlusion && !impl_->prover) impl_->prover.emplace(impl_->hierarchy);
   impl_->gatherer.reset();
   impl_->links = {};
@@ -144,12 +147,6 @@ Status Shard::Impl::SetAbsorbers() {
   medium = AbsorbingMedium(hierarchy.scene(), plan);
   panes = AbsorbingPanes(hierarchy.scene(), plan, hierarchy.extent_m());
   return CheckSolver(options.solver, medium.has_value(), panes.has_value());
-}
-
-void Shard::Impl::SetLamps() {
-  lamps_w_m2.clear();
-  for (const Surface& surface : hierarchy.surfaces()) lamps_w_m2.push_back(Sum(surface.exitance));
-  lamps_w = Sum(hierarchy.emitted_w());
 }
 
 Status Shard::Impl::TakeGroup(uint32_t group) {
@@ -234,12 +231,7 @@ Result<RoundReport> Shard::SolveGroup(uint32_t group, const Snapshot& start, dou
   const Stopwatch whole(impl_->pool);
   RETURN_IF_ERROR(impl_->TakeGroup(group));
   RETURN_IF_ERROR(InstallSnapshot(start));
-  std::vector<uint32_t> asked;
-  for (uint32_t node = 0; node < impl_->tree.size(); ++node) {
-    const bool leaf =
-        !impl_->tree.is_cluster(node) && impl_->tree.node(node).first_child == kNoNode;
-    if (leaf && impl_->placement->IsMine(node)) asked.push_back(node);
-  }
+  const std::vector<uint32_t> asked = OwnLeaves(impl_->tree, *impl_->placement);
   ASSIGN_OR_RETURN(const ActiveNodes nodes,
                    Subscribe(impl_->tree, *impl_->placement, impl_->links, asked, exchange));
   RETURN_IF_ERROR(impl_->Solve(nodes, accuracy, exchange, report));

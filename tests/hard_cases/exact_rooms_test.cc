@@ -266,7 +266,9 @@ TEST(HardExactRooms, CoverJustAboveALamp) {
     for (const PatchFace& face : result.patch.faces) {
       const bool front = face.polygon < 5 || face.side == 0;
       if (face.polygon > 5 || !front) continue;
-      const PatchFile one{{}, result.patch.vertices, {face}};
+      PatchFile one;
+      one.vertices = result.patch.vertices;
+      one.faces = {face};
       power[face.polygon] += ArrivingAt(one, 0);
       if (face.polygon == 5) cover->push_back(face.irradiance[0]);
     }

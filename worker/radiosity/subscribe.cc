@@ -158,4 +158,13 @@ Result<ActiveNodes> Subscribe(Tree& tree, Placement& placement, const LinkSet& l
   return nodes;
 }
 
+std::vector<uint32_t> OwnLeaves(const Tree& tree, const Placement& placement) {
+  std::vector<uint32_t> leaves;
+  for (uint32_t node = 0; node < tree.size(); ++node) {
+    const bool leaf = !tree.is_cluster(node) && tree.node(node).first_child == kNoNode;
+    if (leaf && placement.IsMine(node)) leaves.push_back(node);
+  }
+  return leaves;
+}
+
 }  // namespace isolux

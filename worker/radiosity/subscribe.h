@@ -34,4 +34,7 @@ struct ActiveNodes {
 Result<ActiveNodes> Subscribe(Tree& tree, Placement& placement, const LinkSet& links,
                               std::span<const uint32_t> asked, Exchange& exchange);
 
+// The leaves of the installed snapshot that are homed here: to ask for them keeps them leaves.
+std::vector<uint32_t> OwnLeaves(const Tree& tree, const Placement& placement);
+
 }  // namespace isolux

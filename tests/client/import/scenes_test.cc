@@ -1,9 +1,11 @@
 // The project's own scenes, and larger ones from elsewhere where a collection of them is at hand.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <map>
+#include <utility>
 
 #include "client/import/import.h"
 #include "tests/support/shared_folder.h"
@@ -111,6 +113,22 @@ TEST(OwnScenes, WindowsAreOfGlass) {
   EXPECT_EQ(scene.glazing.glasses.size(), 5U);
   EXPECT_FALSE(scene.glazing.is_grey());
   EXPECT_TRUE(scene.lights[0].is_sun());
+}
+
+TEST(OwnScenes, CardsDifferInBandsAlone) {
+  const Scene scene = ImportOwn("effects/bands/bands.obj", "m");
+  ASSERT_EQ(scene.bands.size(), 9U);
+  const auto material = [&](const char* name) {
+    return *std::ranges::find(scene.materials, name, &Material::name);
+  };
+  for (const auto& [flat, steep] : {std::pair("flat1", "steep1"), std::pair("flat2", "steep2")}) {
+    const Rgb off = material(flat).reflectance - material(steep).reflectance;
+    EXPECT_LT(glm::length(off), 1e-9) << flat;
+    EXPECT_FALSE(material(flat).spectrum.exists());
+    EXPECT_EQ(material(steep).spectrum.reflectance.size(), 9U);
+  }
+  const Rgb off = material("even").exitance - material("lines").exitance;
+  EXPECT_LT(glm::length(off), 1e-9);
 }
 
 struct Expected {

@@ -126,8 +126,10 @@ TEST_F(Spectra, ErrorsNameThePlaceAndTheRemedy) {
   EXPECT_THAT(ErrorOf(materials(R"("pane": {"reflectance": 0.5})")), HasSubstr("clear glass"));
   EXPECT_THAT(ErrorOf(materials(R"("painted": {"reflectance": 0.5})")),
               HasSubstr("take the map or the spectrum out"));
-  const auto fluorescent =
-      Import(spectra(bands), "newmtl wall\nKd 0.5 0.5 0.5\nFl 0.1 0 0\nnewmtl lamp\nKe 1 1 1\n");
+  std::string glowing = kMaterials;
+  const std::string plain = "Kd 0.5 0.6 0.7\n";
+  glowing.insert(glowing.find(plain) + plain.size(), "Fl 0.1 0 0\n");
+  const auto fluorescent = Import(spectra(bands), glowing);
   ASSERT_FALSE(fluorescent.has_value());
   EXPECT_THAT(fluorescent.error().message(), HasSubstr("take Fl or the spectra out"));
 }
