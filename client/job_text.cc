@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/progress.h"
+#include "common/scene/doubts.h"
 #include "common/scene/forecast.h"
 
 namespace isolux {
@@ -53,7 +54,8 @@ json ErrorParts(const RoundSummary& round) {
           {"solver", round.error_solver},
           {"closure", round.error_closure},
           {"gather", round.error_gather},
-          {"interpolation", round.error_interpolation}};
+          {"interpolation", round.error_interpolation},
+          {"unseen", round.error_unseen}};
 }
 
 json History(const std::vector<RoundSummary>& rounds) {
@@ -117,6 +119,7 @@ json ToJson(const JobInfo& job) {
       {"error_p95", known(last.error_p95)},
       {"error_worst", known(last.error_worst)},
       {"worst_polygon", known(last.worst_polygon)},
+      {"doubts", DoubtsOf(job.summary)},
       {"error_parts", some ? ErrorParts(last) : json()},
       {"forecast", ForecastOf(job)},
       {"history", History(job.summary.rounds)},
@@ -190,6 +193,7 @@ std::string Describe(const JobInfo& job) {
   if (!job.summary.rounds.empty()) {
     const RoundSummary& last = job.summary.rounds.back();
     row("error estimate", fmt::format("{:.3f} %", 100 * last.error_estimate));
+    for (const std::string& doubt : DoubtsOf(job.summary)) row("in doubt", doubt);
     row("error, RMS", fmt::format("{:.3f} %", 100 * last.error_rms));
     row("local error", fmt::format("below {:.3g} % on 95 % of the area", 100 * last.error_p95));
     row("energy imbalance", fmt::format("{:.3f} %", 100 * last.energy_imbalance));

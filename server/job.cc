@@ -191,8 +191,9 @@ Result<PatchFile> JobRunner::Impl::MakeOutput() {
   const OutputMeshOptions output = OutputOptions();
   Tell(JobProgress::Stage::kGathering);
   GatherWaves waves(*crew, output.accuracy, limits.gather_batch);
+  UnseenLight unseen;
   if (effects.plan.interreflection || !output.sheets.empty() || !output.fluorescence.empty()) {
-    RETURN_IF_ERROR(GatherSources(*crew, hierarchy, snapshot, output, waves));
+    ASSIGN_OR_RETURN(unseen, GatherSources(*crew, hierarchy, snapshot, output, waves));
   }
   const auto gather = [&](const std::vector<NodeId>& elements,
                           const std::vector<uint8_t>& corners) {
@@ -218,7 +219,10 @@ Result<PatchFile> JobRunner::Impl::MakeOutput() {
   for (const RoundSummary& row : summary.rounds) summary.rays += row.rays;
   RoundSummary& last = summary.rounds.back();
   last.error_interpolation = mesh.interpolation_error;
-  last.error_estimate = std::hypot(last.error_estimate, mesh.interpolation_error);
+  last.error_unseen = unseen.error;
+  last.unseen_polygon =
+      hierarchy.scene().polygons[hierarchy.surfaces()[unseen.surface].polygon].file_polygon;
+  last.error_estimate = std::hypot(last.error_estimate, mesh.interpolation_error, unseen.error);
   return std::move(mesh.patch);
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 
+#include "common/scene/doubts.h"
 #include "common/scene/forecast.h"
 #include "common/util/build_info.h"
 
@@ -67,6 +68,7 @@ std::string RoundLine(const RoundSummary& row) {
       .Add("closure", row.error_closure)
       .Add("gather", row.error_gather)
       .Add("interpolation", row.error_interpolation)
+      .Add("unseen", row.error_unseen)
       .Add("rms", row.error_rms)
       .Add("p95", row.error_p95)
       .Add("worst", row.error_worst)
@@ -140,6 +142,7 @@ void AddLastRound(const RoundSummary& last, Comments* comments) {
   add("error_closure", last.error_closure);
   add("error_gather", last.error_gather);
   add("error_interpolation", last.error_interpolation);
+  add("error_unseen", last.error_unseen);
   add("error_rms", last.error_rms);
   add("error_p95", last.error_p95);
   add("error_worst", last.error_worst);
@@ -317,6 +320,7 @@ Comments MakeComments(const Asked& asked, const SolveSummary& summary, const Tra
   add("rounds", summary.rounds.size());
   add("epsilons", Epsilons(summary));
   if (!summary.rounds.empty()) AddLastRound(summary.rounds.back(), &comments);
+  for (const std::string& doubt : DoubtsOf(summary)) add("doubt", doubt);
   add("rays", summary.rays);
   comments.emplace_back("seconds", fmt::format("{:.3f}", summary.seconds));
   comments.emplace_back("gather_s", fmt::format("{:.3f}", summary.gather_s));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 #include "common/util/exact_sum.h"
@@ -12,6 +13,9 @@ namespace {
 
 // Of the accuracy: what leaves that keep the solution's irradiance may reflect, over what all do.
 constexpr double kUngathered = 0.1;
+// Error of the output over what is unseen of its sources: measured where links miss most
+// (docs/accuracy.md).
+constexpr double kErrorOfUnseen = 2;
 // The most by which gathered sources are scaled.
 constexpr double kMostScale = 1.25;
 
@@ -70,8 +74,44 @@ void KeepReflectedPower(const Hierarchy& hierarchy, const OutputMeshOptions& out
   }
 }
 
-Status GatherSources(Crew& crew, const Hierarchy& hierarchy, const Snapshot& snapshot,
-                     const OutputMeshOptions& output, GatherWaves& waves) {
+UnseenLight FindUnseenLight(const Hierarchy& hierarchy, const OutputMeshOptions& output,
+                            const Snapshot& solution, std::span<const uint32_t> leaves,
+                            const Snapshot& gathered) {
+  struct Region {
+    double sum_w = 0, squares_w2 = 0;
+  };
+  std::map<uint32_t, Region> regions;
+  std::map<uint32_t, double> surfaces_w;
+  double all_w = 0;
+  for (const uint32_t i : leaves) {
+    const NodeId& id = solution.leaves[i].id;
+    const Rgb reflecting_m2 = ReflectingArea(hierarchy, output, id);
+    double off_w = 0;
+    for (int c = 0; c < 3; ++c) {
+      const double before = solution.leaves[i].irradiance[c];
+      off_w += reflecting_m2[c] * (gathered.leaves[i].irradiance[c] - before);
+      all_w += reflecting_m2[c] * before;
+    }
+    Region& region = regions[hierarchy.cluster_of(id.surface)];
+    region.sum_w += off_w;
+    region.squares_w2 += off_w * off_w;
+    surfaces_w[id.surface] += off_w;
+  }
+  double unseen_w = 0;
+  for (const auto& [cluster, region] : regions) {
+    unseen_w += std::sqrt(std::max(0.0, region.sum_w * region.sum_w - region.squares_w2));
+  }
+  UnseenLight unseen;
+  if (!(all_w > 0) || !(unseen_w > 0)) return unseen;
+  unseen.error = kErrorOfUnseen * unseen_w / all_w;
+  unseen.surface = std::ranges::max_element(surfaces_w, {}, [](const auto& surface) {
+                     return std::abs(surface.second);
+                   })->first;
+  return unseen;
+}
+
+Result<UnseenLight> GatherSources(Crew& crew, const Hierarchy& hierarchy, const Snapshot& snapshot,
+                                  const OutputMeshOptions& output, GatherWaves& waves) {
   const std::vector<uint32_t> most = LeavesThatReflectMost(hierarchy, snapshot, output);
   std::vector<NodeId> ids;
   for (const uint32_t leaf : most) ids.push_back(snapshot.leaves[leaf].id);
@@ -82,8 +122,10 @@ Status GatherSources(Crew& crew, const Hierarchy& hierarchy, const Snapshot& sna
     std::copy_n(gathered.begin() + static_cast<std::ptrdiff_t>(12 * i), 3,
                 sources.leaves[most[i]].irradiance.begin());
   }
+  const UnseenLight unseen = FindUnseenLight(hierarchy, output, snapshot, most, sources);
   KeepReflectedPower(hierarchy, output, snapshot, most, &sources);
-  return crew.SendAll(MessageKind::kInstallSnapshot, SnapshotData{Encode(sources)});
+  RETURN_IF_ERROR(crew.SendAll(MessageKind::kInstallSnapshot, SnapshotData{Encode(sources)}));
+  return unseen;
 }
 
 }  // namespace isolux

@@ -27,9 +27,21 @@ void KeepReflectedPower(const Hierarchy& hierarchy, const OutputMeshOptions& out
                         const Snapshot& solution, std::span<const uint32_t> leaves,
                         Snapshot* gathered);
 
+// Light that the links missed. Over a region, here the lowest clusters of the octree, what is
+// gathered at the middles of leaves is off from the solution one way here and the other there, as
+// middles are from means and as rays will have it; where all of a region is off one way, the
+// solution is. Of the sum of a region, Σ d, what is beyond such chance is √((Σ d)² − Σ d²).
+struct UnseenLight {
+  double error = 0;      // of the output, of its mean irradiance
+  uint32_t surface = 0;  // that has most of it
+};
+UnseenLight FindUnseenLight(const Hierarchy& hierarchy, const OutputMeshOptions& output,
+                            const Snapshot& solution, std::span<const uint32_t> leaves,
+                            const Snapshot& gathered);
+
 // Puts what is gathered at the middles of these leaves in the place of what the solution has for
 // them, at the workers, for the output alone.
-Status GatherSources(Crew& crew, const Hierarchy& hierarchy, const Snapshot& snapshot,
-                     const OutputMeshOptions& output, GatherWaves& waves);
+Result<UnseenLight> GatherSources(Crew& crew, const Hierarchy& hierarchy, const Snapshot& snapshot,
+                                  const OutputMeshOptions& output, GatherWaves& waves);
 
 }  // namespace isolux

@@ -82,7 +82,8 @@ json ReadComments(const PatchFile& file) {
   static const std::set<std::string> texts{"version", "scene", "unit", "scene_hash"};
   json data = {{"summary", json::object()}, {"rounds", json::array()},
                {"traffic", json::array()},  {"worker_traffic", json::array()},
-               {"effects", json::array()},  {"repairs", json::array()}};
+               {"effects", json::array()},  {"repairs", json::array()},
+               {"doubts", json::array()}};
   for (const auto& [key, value] : file.comments) {
     if (key == "round") {
       data["rounds"].push_back(Row(value, {"round"}));
@@ -92,6 +93,10 @@ json ReadComments(const PatchFile& file) {
       data["worker_traffic"].push_back(Row(value, {"worker", "phase"}));
     } else if (key == "effect") {
       data["effects"].push_back(Effect(value));
+    } else if (key == "doubt") {
+      data["doubts"].push_back(value);
+    } else if (key == "forecast") {
+      continue;  // follows from the rounds
     } else if (key == "repair") {
       data["repairs"].push_back(Repair(value));
     } else {

@@ -143,6 +143,8 @@ v1::RoundSummary ToProto(const RoundSummary& round) {
   message.set_error_closure(round.error_closure);
   message.set_error_gather(round.error_gather);
   message.set_error_interpolation(round.error_interpolation);
+  message.set_error_unseen(round.error_unseen);
+  message.set_unseen_polygon(round.unseen_polygon);
   message.set_error_rms(round.error_rms);
   message.set_error_p95(round.error_p95);
   message.set_error_worst(round.error_worst);
@@ -202,6 +204,8 @@ Result<RoundSummary> FromProto(const v1::RoundSummary& message) {
   round.error_closure = message.error_closure();
   round.error_gather = message.error_gather();
   round.error_interpolation = message.error_interpolation();
+  round.error_unseen = message.error_unseen();
+  round.unseen_polygon = message.unseen_polygon();
   round.error_rms = message.error_rms();
   round.error_p95 = message.error_p95();
   round.error_worst = message.error_worst();

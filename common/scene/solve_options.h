@@ -48,7 +48,11 @@ struct RoundSummary {
   double error_closure = 0;        //   rows that do not add up,
   double error_gather = 0;         //   rays and openings of the gather, at sampled leaves
   double error_interpolation = 0;  // of the output mesh: of the last round, once it is made
-  double error_rms = 0;            // √(mean |ΔH|²) / mean H
+  // Light of whole regions that links missed and the gather found; known as late, and part of
+  // error_estimate. Most of it is about `unseen_polygon` of the scene file.
+  double error_unseen = 0;
+  uint32_t unseen_polygon = 0;
+  double error_rms = 0;  // √(mean |ΔH|²) / mean H
   // Local error |ΔH| / max(H, 5 % of the mean): what 95 % of the area are expected to be within,
   // and the largest expected of any element, which is that of surface `worst_surface`, path
   // `worst_path`, on `worst_polygon` of the scene file.

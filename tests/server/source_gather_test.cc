@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numeric>
+#include <vector>
 
 #include "common/util/random.h"
 #include "tests/support/scenes.h"
@@ -89,6 +90,79 @@ TEST(SourceGather, ScalesByAQuarterAtMost) {
       }
     }
   }
+}
+
+// Each surface in 64 leaves, all of some irradiance.
+Snapshot LitLeaves(const Hierarchy& hierarchy) {
+  Snapshot snapshot;
+  for (uint32_t surface = 0; surface < hierarchy.surfaces().size(); ++surface) {
+    for (uint64_t path = 64; path < 128; ++path) {
+      LeafRecord leaf;
+      leaf.id = {surface, path};
+      leaf.irradiance = {1, 2, 3};
+      snapshot.leaves.push_back(leaf);
+    }
+  }
+  return snapshot;
+}
+
+struct Clustered {
+  Scene scene = testing::RandomRoom(1, 7);
+  Hierarchy hierarchy{scene};
+  Snapshot solution = LitLeaves(hierarchy);
+  std::vector<uint32_t> leaves;
+  uint32_t first = hierarchy.cluster_of(0);
+
+  Clustered() : leaves(solution.leaves.size()) { std::iota(leaves.begin(), leaves.end(), 0U); }
+
+  // Of the reflected power, what surfaces of this cluster have.
+  double ShareOf(uint32_t cluster) const {
+    double all_w = 0, own_w = 0;
+    for (const LeafRecord& leaf : solution.leaves) {
+      const double w = hierarchy.surface_area_m2(leaf.id.surface) *
+                       glm::dot(hierarchy.surfaces()[leaf.id.surface].reflectance, Rgb(1, 2, 3));
+      all_w += w;
+      if (hierarchy.cluster_of(leaf.id.surface) == cluster) own_w += w;
+    }
+    return own_w / all_w;
+  }
+  UnseenLight Find(const Snapshot& gathered) const {
+    return FindUnseenLight(hierarchy, OutputMeshOptions(), solution, leaves, gathered);
+  }
+};
+
+TEST(UnseenLight, IsWhatWholeRegionsAreOff) {
+  const Clustered scene;
+  ASSERT_GT(scene.hierarchy.clusters().size(), 2u);
+  ASSERT_LT(scene.ShareOf(scene.first), 0.9);
+  for (const double off : {0.1, -0.1}) {
+    Snapshot gathered = scene.solution;
+    for (LeafRecord& leaf : gathered.leaves) {
+      if (scene.hierarchy.cluster_of(leaf.id.surface) != scene.first) continue;
+      for (double& h : leaf.irradiance) h *= 1 + off;
+    }
+    const UnseenLight unseen = scene.Find(gathered);
+    // Twice what is off; of it, what chance may make of so many leaves is taken off.
+    const double whole = 2 * std::abs(off) * scene.ShareOf(scene.first);
+    EXPECT_LE(unseen.error, whole * (1 + 1e-12));
+    EXPECT_GE(unseen.error, 0.95 * whole);
+    EXPECT_EQ(scene.hierarchy.cluster_of(unseen.surface), scene.first);
+  }
+}
+
+TEST(UnseenLight, IsNotWhatChanceMakes) {
+  const Clustered scene;
+  Random random(5);
+  Snapshot gathered = scene.solution;
+  double off_w = 0, all_w = 0;
+  for (LeafRecord& leaf : gathered.leaves) {
+    const double off = random.Unit() - 0.5;
+    for (double& h : leaf.irradiance) h *= 1 + off;
+    off_w += std::abs(off);
+    ++all_w;
+  }
+  EXPECT_LT(scene.Find(gathered).error, 0.15 * off_w / all_w);
+  EXPECT_EQ(scene.Find(scene.solution).error, 0);
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ import { section } from "./section.js";
 export function reportPage(main, data) {
   const rounds = data.rounds ?? [];
   main.append(
-    element("header", {}, element("h1", {}, `Report: ${data.name || "a solve"}`), headline(data)),
+    element("header", {}, element("h1", {}, `Report: ${data.name || "a solve"}`), headline(data), doubtList(data)),
     accuracySection(data, rounds),
     forecastSection(data, rounds),
     timeSection(data, rounds),
@@ -25,6 +25,13 @@ export function reportPage(main, data) {
     section("What the scene calls for", null, effectTable(data.effects ?? [])),
     section("What the importer mended", null, repairTable(data.repairs ?? [])),
     section("All rounds", null, roundTable(rounds)));
+}
+
+/** What rules the error, in words; null where nothing does. */
+function doubtList({ doubts = [] }) {
+  if (doubts.length === 0) return null;
+  return element("div", { class: "doubts" }, element("h2", {}, "What rules the estimated error"),
+    element("ul", {}, doubts.map((doubt) => element("li", {}, doubt))));
 }
 
 function headline({ summary = {}, job, rounds = [], faces = {} }) {

@@ -11,6 +11,7 @@ const kCauses = [
   ["closure", "rows that do not add up"],
   ["gather", "gathering the output"],
   ["interpolation", "between output points"],
+  ["unseen", "light that links missed"],
 ];
 
 const kRounds = { label: "round →", text: (round) => format.count(round) };

@@ -36,7 +36,8 @@ RoundSummary Numbered(double base) {
                         &round.sample_s,
                         &round.links_per_split,
                         &round.leak_area,
-                        &round.error_interpolation}) {
+                        &round.error_interpolation,
+                        &round.error_unseen}) {
     *value = ++next;
   }
   for (uint64_t* value :
@@ -46,7 +47,8 @@ RoundSummary Numbered(double base) {
         &round.output_points, &round.output_rays, &round.leaks}) {
     *value = static_cast<uint64_t>(++next);
   }
-  for (uint32_t* value : {&round.iterations, &round.worst_polygon, &round.worst_surface}) {
+  for (uint32_t* value :
+       {&round.iterations, &round.worst_polygon, &round.worst_surface, &round.unseen_polygon}) {
     *value = static_cast<uint32_t>(++next);
   }
   for (auto* power :
