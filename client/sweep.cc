@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -9,6 +10,9 @@ namespace isolux {
 namespace {
 
 using nlohmann::json;
+
+// Largest over smallest: runs that take alike follow no power of what they take.
+constexpr double kLeastSpan = 1.25;
 
 // Runs of one method, in their order.
 std::vector<std::vector<const SweepRun*>> ByMethod(const Sweep& sweep) {
@@ -74,15 +78,17 @@ std::optional<double> SweepRun::Ratio() const {
 }
 
 std::optional<double> FitPower(std::span<const double> x, std::span<const double> y) {
-  double n = 0, mean_x = 0, mean_y = 0;
+  double n = 0, mean_x = 0, mean_y = 0, least = HUGE_VAL, most = 0;
   const auto usable = [&](size_t i) { return x[i] > 0 && y[i] > 0; };
   for (size_t i = 0; i < x.size(); ++i) {
     if (!usable(i)) continue;
     ++n;
     mean_x += std::log(x[i]);
     mean_y += std::log(y[i]);
+    least = std::min(least, x[i]);
+    most = std::max(most, x[i]);
   }
-  if (n < 2) return std::nullopt;
+  if (n < 2 || most < kLeastSpan * least) return std::nullopt;
   mean_x /= n;
   mean_y /= n;
   double covariance = 0, variance = 0;
@@ -92,7 +98,7 @@ std::optional<double> FitPower(std::span<const double> x, std::span<const double
     covariance += dx * (std::log(y[i]) - mean_y);
     variance += dx * dx;
   }
-  return variance > 1e-12 ? std::optional(-covariance / variance) : std::nullopt;
+  return -covariance / variance;
 }
 
 std::vector<SweepSlopes> FitSlopes(const Sweep& sweep) {
@@ -181,7 +187,7 @@ std::string ToTable(const Sweep& sweep) {
   }
   for (const SweepSlopes& s : FitSlopes(sweep)) {
     const auto power = [](const std::optional<double>& p) {
-      return p ? fmt::format("^-{:.2f}", *p) : std::string("^? (too few runs)");
+      return p ? fmt::format("^-{:.2f}", *p) : std::string("^? (too few runs that differ)");
     };
     text += fmt::format("{}: true error ∝ seconds{}, ∝ links{}\n", s.method, power(s.seconds),
                         power(s.links));

@@ -47,7 +47,7 @@ struct SweepRun {
 };
 
 // error_true ∝ seconds^-p ∝ links^-q over the runs of one method, by least squares of the
-// logarithms; nothing where fewer than two runs differ in them.
+// logarithms; nothing where no two runs differ in them by a quarter.
 struct SweepSlopes {
   std::string method;
   std::optional<double> seconds, links;  // p, q

@@ -150,6 +150,7 @@ Result<std::vector<ReferencePoint>> ReferenceOf(const NamedScene& named, const F
 // A solve, what its patch file is off, and what the irradiance gathered at the points is off.
 struct Run {
   double accuracy = 0, cpu_s = 0;
+  uint64_t rays = 0;
   RoundSummary last;
   Comparison output;
   double gathered = 0;
@@ -194,6 +195,7 @@ Result<Run> SolveAndMeasure(const NamedScene& named, double accuracy,
                    RunJob(cluster, MakeJobInput(*named.scene, options), callbacks));
   Run run;
   run.accuracy = accuracy;
+  run.rays = result.summary.rays;
   run.last = result.summary.rounds.back();
   for (const RoundSummary& round : result.summary.rounds) {
     for (const double s : round.worker_cpu_s) run.cpu_s += s;
@@ -206,8 +208,8 @@ Result<Run> SolveAndMeasure(const NamedScene& named, double accuracy,
 
 void Print(const NamedScene& named, const Run& run) {
   const RoundSummary& r = run.last;
-  std::printf("%s,%g,%u,%lu,%lu,%.3f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.3f\n",
-              named.name.c_str(), run.accuracy, r.round, r.links, r.elements, run.cpu_s,
+  std::printf("%s,%g,%u,%lu,%lu,%lu,%.3f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.3f\n",
+              named.name.c_str(), run.accuracy, r.round, r.links, r.elements, run.rays, run.cpu_s,
               r.error_estimate, r.error_spread, r.error_visibility, r.error_coupling,
               r.error_solver, r.energy_imbalance, run.output.l1_relative, run.gathered,
               run.output.rms_relative, run.output.p95_local, run.output.bias_relative,
@@ -246,7 +248,7 @@ int Calibrate(const Flags& flags) {
   std::vector<Run> all;
   std::map<std::string, std::vector<Run>> groups;
   std::printf(
-      "scene,accuracy,rounds,links,elements,cpu_s,estimate,spread,visibility,coupling,solver,"
+      "scene,accuracy,rounds,links,elements,rays,cpu_s,estimate,spread,visibility,coupling,solver,"
       "imbalance,true,gathered,rms,p95,bias,ratio\n");
   for (const NamedScene& named : MakeScenes(flags)) {
     const auto known = ReferenceOf(named, flags, pool);

@@ -48,6 +48,8 @@ TEST(SweepTest, FitsPowers) {
   EXPECT_NEAR(*FitPower(x, with_zero), 0.7, 1e-12) << "what has no logarithm is left out";
   const std::vector<double> same{3, 3, 3};
   EXPECT_FALSE(FitPower(same, y).has_value());
+  const std::vector<double> alike{3, 3.1, 3.3};
+  EXPECT_FALSE(FitPower(alike, y).has_value()) << "noise would be the slope";
   EXPECT_FALSE(FitPower(std::span(x).first(1), std::span(y).first(1)).has_value());
 }
 

@@ -1,9 +1,12 @@
 // The power law through points: y ≈ factor × x^exponent, by least squares of the logarithms.
 
-/** Of the points [x, y] with both above 0; null where fewer than two differ in x. */
+const kLeastSpan = Math.log(1.25);
+
+/** Of the points [x, y] with both above 0; null where no two differ in x by a quarter. */
 export function fitPower(points) {
   const logs = points.filter(([x, y]) => x > 0 && y > 0).map(([x, y]) => [Math.log(x), Math.log(y)]);
-  if (logs.length < 2) return null;
+  const abscissas = logs.map(([x]) => x);
+  if (logs.length < 2 || Math.max(...abscissas) - Math.min(...abscissas) < kLeastSpan) return null;
   const mean = (axis) => logs.reduce((sum, point) => sum + point[axis], 0) / logs.length;
   const [meanX, meanY] = [mean(0), mean(1)];
   let covariance = 0;
@@ -12,7 +15,6 @@ export function fitPower(points) {
     covariance += (x - meanX) * (y - meanY);
     variance += (x - meanX) ** 2;
   }
-  if (variance < 1e-12) return null;
   const exponent = covariance / variance;
   return { exponent, at: (x) => Math.exp(meanY + exponent * (Math.log(x) - meanX)) };
 }

@@ -23,6 +23,7 @@ test("too few points have no power law", () => {
   assert.equal(fitPower([[1, 2]]), null);
   assert.equal(fitPower([[1, 2], [1, 3]]), null);
   assert.equal(fitPower([[1, 2], [0, 3], [2, 0], [-1, 4]]), null);
+  assert.equal(fitPower([[6.5, 12], [6.6, 7]]), null);
 });
 
 test("numbers have three digits", () => {
