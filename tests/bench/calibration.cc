@@ -158,11 +158,12 @@ struct Run {
 
 Result<double> ErrorAtPoints(const NamedScene& named, const SolveOptions& options,
                              const std::vector<Snapshot>& snapshots,
+                             std::span<const MeasuredEffect> measured,
                              std::span<const ReferencePoint> known, ThreadPool& pool) {
   const Hierarchy hierarchy(*named.scene);
   const std::vector<PointOnSurface> points = PlacePoints(hierarchy, known);
   Shard shard(named.scene, &pool);
-  RETURN_IF_ERROR(shard.Start(options, {{NodeId{NodeId::kCluster, 0}}, {0}, 1}, 0));
+  RETURN_IF_ERROR(shard.Start(options, {{NodeId{NodeId::kCluster, 0}}, {0}, 1}, 0, measured));
   NullExchange exchange;
   for (const Snapshot& snapshot : snapshots) {
     RETURN_IF_ERROR(shard.ReplayRound(snapshot.epsilon, exchange));
@@ -202,18 +203,20 @@ Result<Run> SolveAndMeasure(const NamedScene& named, double accuracy,
   }
   for (const double s : result.summary.gather_cpu_s) run.cpu_s += s;
   ASSIGN_OR_RETURN(run.output, Compare(result.patch, known));
-  ASSIGN_OR_RETURN(run.gathered, ErrorAtPoints(named, options, snapshots, known, pool));
+  ASSIGN_OR_RETURN(run.gathered,
+                   ErrorAtPoints(named, options, snapshots, result.summary.rounds.front().measured,
+                                 known, pool));
   return run;
 }
 
 void Print(const NamedScene& named, const Run& run) {
   const RoundSummary& r = run.last;
-  std::printf("%s,%g,%u,%lu,%lu,%lu,%.3f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.3f\n",
-              named.name.c_str(), run.accuracy, r.round, r.links, r.elements, run.rays, run.cpu_s,
-              r.error_estimate, r.error_spread, r.error_visibility, r.error_coupling,
-              r.error_solver, r.energy_imbalance, run.output.l1_relative, run.gathered,
-              run.output.rms_relative, run.output.p95_local, run.output.bias_relative,
-              r.error_estimate / run.output.l1_relative);
+  std::printf(
+      "%s,%g,%u,%lu,%lu,%lu,%.3f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.3f\n",
+      named.name.c_str(), run.accuracy, r.round, r.links, r.elements, run.rays, run.cpu_s,
+      r.error_estimate, r.error_spread, r.error_visibility, r.error_coupling, r.error_solver,
+      r.energy_imbalance, run.output.l1_relative, run.gathered, run.output.rms_relative,
+      run.output.p95_local, run.output.bias_relative, r.error_estimate / run.output.l1_relative);
   std::fflush(stdout);
 }
 
