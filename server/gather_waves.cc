@@ -42,6 +42,7 @@ Status GatherWaves::Take(size_t begin, size_t count, std::vector<double>* irradi
     }
     exponent = part.exponent;
     rays_ += part.rays;
+    costs_.Add(part.costs);
     cpu_s_[w] += part.cpu_s;
     slowest_s = std::max(slowest_s, part.wall_s);
     for (size_t i = 0; i < total.size(); ++i) {

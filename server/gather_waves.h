@@ -26,6 +26,7 @@ class GatherWaves {
 
   uint64_t gathered() const { return gathered_; }  // elements, over all calls
   uint64_t rays() const { return rays_; }
+  const EffectCosts& costs() const { return costs_; }
   const std::vector<double>& cpu_s() const { return cpu_s_; }  // of each worker
   double wall_s() const {
     return wall_s_;
@@ -41,6 +42,7 @@ class GatherWaves {
   const uint32_t batch_;
   uint64_t gathered_ = 0, rays_ = 0;
   std::vector<double> cpu_s_;
+  EffectCosts costs_;
   double wall_s_ = 0;
 };
 

@@ -217,6 +217,7 @@ Result<PatchFile> JobRunner::Impl::MakeOutput() {
   summary.workers = crew->present_count();
   summary.rays = waves.rays();
   for (const RoundSummary& row : summary.rounds) summary.rays += row.rays;
+  summary.costs = TotalCosts(summary.rounds, waves.costs());
   RoundSummary& last = summary.rounds.back();
   last.error_interpolation = mesh.interpolation_error;
   last.error_unseen = unseen.error;

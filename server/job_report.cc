@@ -34,6 +34,7 @@ void AddTo(const RoundReport& report, RoundSummary* row) {
   row->proved_hidden += report.proved_hidden;
   row->rays += report.rays;
   row->memory_bytes += report.memory_bytes;
+  row->costs.Add(report.costs);
   row->refine_s = std::max(row->refine_s, report.refine_s);
   row->exchange_s = std::max(row->exchange_s, report.exchange_s);
   row->solve_s = std::max(row->solve_s, report.solve_s);
@@ -217,13 +218,17 @@ std::string RepairLine(const RepairReport::Entry& entry) {
                      entry.example.empty() ? "" : " (" + entry.example + ")");
 }
 
-std::string EffectLine(const Effect& effect) {
+std::string EffectLine(const Effect& effect, const EffectCosts& costs) {
   const auto number = [](const std::optional<double>& value) {
     return value ? fmt::format("{:.4g}", *value) : std::string("-");
   };
   Figures line;
   line.Add("present", effect.present ? "yes" : "no").Add("bound", number(effect.bound));
   if (effect.measured) line.Add("measured", number(effect.measured));
+  if (const EffectCost* cost = costs.Find(effect.name)) {
+    line.AddSeconds("cpu_s", cost->cpu_s).Add("rays", cost->rays);
+    if (cost->links > 0) line.Add("links", cost->links);
+  }
   return fmt::format("{} {} {} evidence {}; {}", effect.name,
                      effect.decision == "not simulated" ? "not-simulated" : effect.decision,
                      line.text(), effect.evidence, effect.reason);
@@ -284,6 +289,15 @@ Result<RoundSummary> MergeReports(const PerWorker<RoundReport>& reports, uint32_
   return row;
 }
 
+EffectCosts TotalCosts(std::span<const RoundSummary> rounds, const EffectCosts& gather) {
+  EffectCosts total = gather;
+  for (const RoundSummary& row : rounds) total.Add(row.costs);
+  for (size_t i = 0; i < EffectCosts::kCount && !rounds.empty(); ++i) {
+    total.at(i).links = rounds.back().costs.at(i).links;
+  }
+  return total;
+}
+
 Result<CutLoads> MergeLoads(const PerWorker<RoundReport>& reports, const Assignment& assignment) {
   CutLoads loads;
   for (size_t i = 0; i < assignment.cut.size(); ++i) {
@@ -315,7 +329,9 @@ Comments MakeComments(const Asked& asked, const SolveSummary& summary, const Tra
   add("seed", asked.options.seed);
   add("solver", ToText(asked.options.solver));
   add("effects", asked.options.effects);
-  for (const Effect& effect : asked.effects.effects) add("effect", EffectLine(effect));
+  for (const Effect& effect : asked.effects.effects) {
+    add("effect", EffectLine(effect, summary.costs));
+  }
   add("end_reason", ToText(summary.end_reason));
   add("rounds", summary.rounds.size());
   add("epsilons", Epsilons(summary));

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,6 +27,9 @@ Result<RoundSummary> MergeReports(const PerWorker<RoundReport>& reports, uint32_
 
 // Loads of the cut's nodes, each as its home reported it.
 Result<CutLoads> MergeLoads(const PerWorker<RoundReport>& reports, const Assignment& assignment);
+
+// What effects took of the rounds and the gather; links as the last round has them.
+EffectCosts TotalCosts(std::span<const RoundSummary> rounds, const EffectCosts& gather);
 
 // What was asked of a job.
 struct Asked {

@@ -72,6 +72,7 @@ Result<PatchFile> BuildLatest(const Scene& scene, const Snapshot& newest, const 
   summary.workers = job.activity.workers;
   summary.rays = 0;
   for (const RoundSummary& row : summary.rounds) summary.rays += row.rays;
+  summary.costs = TotalCosts(summary.rounds, {});
   patch.comments =
       MakeComments({job.name, scene, job.digest, job.options, effects}, summary, Traffic());
   std::erase_if(patch.comments, [](const auto& comment) {

@@ -9,6 +9,7 @@
 #include "worker/radiosity/absorbers.h"
 #include "worker/radiosity/ambient.h"
 #include "worker/radiosity/closure.h"
+#include "worker/radiosity/effect_shares.h"
 #include "worker/radiosity/energy.h"
 #include "worker/radiosity/error_estimate.h"
 #include "worker/radiosity/error_spread.h"
@@ -60,18 +61,15 @@ struct Shard::Impl {
   Fluorescence fluorescence;     // likewise
   std::optional<Medium> medium;  // likewise
   std::optional<Panes> panes;    // likewise
+  double light_ray_s = 0;        // CPU time of a ray to a light, as the last round had it
 
   const Medium* medium_or_null() const { return medium ? &*medium : nullptr; }
   const Panes* panes_or_null() const { return panes ? &*panes : nullptr; }
 
   RefineScene refine_scene() const {
-    return {&rays,
-            sampler.get(),
-            options.seed,
-            plan.occlusion,
-            prover ? &*prover : nullptr,
-            medium_or_null(),
-            panes_or_null()};
+    const LinkProver* proofs = prover ? &*prover : nullptr;
+    return {&rays,  sampler.get(),    options.seed,   plan.occlusion,
+            proofs, medium_or_null(), panes_or_null()};
   }
   Status SetAbsorbers();
   // Puts a group of bands in the place of the channels, in all but the tree's values.
@@ -88,7 +86,13 @@ struct Shard::Impl {
   const LeafRecord& RecordAbove(uint32_t node) const;
   LeafSystem MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lanes>* start,
                             std::vector<uint32_t>* old_leaf) const;
+  // What lights bring to these leaves; nothing where there are none.
+  std::vector<GivenIrradiance> FindGiven(const ActiveNodes& nodes, RoundReport& report);
   Status Solve(const ActiveNodes& nodes, double accuracy, Exchange& exchange, RoundReport& report);
+  Result<SolverResult> CloseAndSolve(Product& product, LeafSystem& leaves,
+                                     std::span<const Lanes> start, std::span<const RowMeasure> rows,
+                                     double accuracy, Exchange& exchange, ClosureSummary& closing,
+                                     SolveTimes& times) const;
   template <typename V>
   Result<SolverResultOf<V>> SolveLeaves(Product& product, const LeafSystemOf<V>& leaves,
                                         std::type_identity_t<std::span<const V>> start,
@@ -198,11 +202,17 @@ Result<RoundReport> Shard::RunRound(double epsilon, double accuracy, Exchange& e
   const Stopwatch whole(impl_->pool);
   RefineCounters counters;
   RETURN_IF_ERROR(impl_->Refine(epsilon, exchange, counters));
+  AddRefineCosts(counters, whole.cpu_s(),
+                 MeanRaySeconds(impl_->refine_scene(), impl_->tree, impl_->links, impl_->pool),
+                 report.costs);
   std::vector<uint32_t> asked;
   if (impl_->lights) {
+    const Stopwatch dividing(impl_->pool);
     ASSIGN_OR_RETURN(
         asked, DivideForLights(epsilon, *impl_->lights, impl_->tree, *impl_->placement, impl_->pool,
                                counters, [&exchange] { return exchange.Cancelled(); }));
+    AddLightCosts(KindsOf(*impl_->scene, impl_->plan), counters.light_rays, dividing.cpu_s(),
+                  report.costs);
   }
   report.refine_s = whole.wall_s();
   const double refine_cpu_s = whole.cpu_s();
@@ -297,47 +307,85 @@ Result<SolverResultOf<V>> Shard::Impl::SolveLeaves(Product& product, const LeafS
   return SolveWithPassedLight<V>(product, leaves, start, accuracy, solve, exchange);
 }
 
-Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& exchange,
-                          RoundReport& report) {
-  std::vector<Lanes> start;
-  std::vector<uint32_t> old_leaf;
-  LeafSystem leaves = MakeLeafSystem(nodes, &start, &old_leaf);
-  std::vector<GivenIrradiance> given;
-  if (lights) given = GivenTo(nodes.leaves, tree, *lights, pool);
-  for (const GivenIrradiance& from_lights : given) {
-    const Rgb& h = from_lights.mean;
-    leaves.given.push_back(Lanes{h.x, h.y, h.z, 0});
-    report.rays += from_lights.rays;
-  }
-  Product product(tree, *placement, links, nodes, pool, exchange);
-  const std::vector<double> escape = EscapeShares(nodes);
-  const std::vector<RowMeasure> rows = MeasureRows(nodes, escape);
-  const double tolerance = std::min(1e-3, 0.1 * accuracy);
-  ClosureSummary closing;
-  if (plan.closure) {
-    ASSIGN_OR_RETURN(closing,
-                     Close(product, leaves, rows, RowsMay::kRiseAndFall, tolerance, exchange));
-  }
+std::vector<GivenIrradiance> Shard::Impl::FindGiven(const ActiveNodes& nodes, RoundReport& report) {
+  if (!lights) return {};
+  const Stopwatch watch(pool);
+  std::vector<GivenIrradiance> given = GivenTo(nodes.leaves, tree, *lights, pool);
+  LightRays cast;
+  for (const GivenIrradiance& from_lights : given) cast += from_lights.rays;
+  report.rays += cast.Total();
+  const double cpu_s = watch.cpu_s();
+  light_ray_s = cast.Total() > 0 ? cpu_s / static_cast<double>(cast.Total()) : 0;
+  AddLightCosts(KindsOf(*scene, plan), cast, cpu_s, report.costs);
+  return given;
+}
+
+Result<SolverResult> Shard::Impl::CloseAndSolve(Product& product, LeafSystem& leaves,
+                                                std::span<const Lanes> start,
+                                                std::span<const RowMeasure> rows, double accuracy,
+                                                Exchange& exchange, ClosureSummary& closing,
+                                                SolveTimes& times) const {
   const RefineScene between = refine_scene();
-  const auto solve = [&]() -> Result<SolverResult> {
-    product.SetMedium(medium_or_null());
-    product.SetPanes(&between);
-    if (plan.channels == 3) {
-      return SolveLeaves<Lanes>(product, leaves, start, accuracy, exchange);
-    }
-    ASSIGN_OR_RETURN(const auto grey,
-                     SolveLeaves<Single>(product, ToOneChannel(leaves, plan),
-                                         ToOneChannel(start, plan), accuracy, exchange));
-    return InColour(grey, plan);
+  const auto close = [&](RowsMay rows_may) -> Status {
+    const Stopwatch watch(pool);
+    const double tolerance = std::min(1e-3, 0.1 * accuracy);
+    ASSIGN_OR_RETURN(closing, Close(product, leaves, rows, rows_may, tolerance, exchange));
+    times.closure_s += watch.cpu_s();
+    times.closure_products += closing.products;
+    return {};
   };
+  const auto solve = [&]() -> Result<SolverResult> {
+    const Stopwatch factors(pool);
+    product.SetMedium(medium_or_null());
+    times.medium_s += medium ? factors.cpu_s() : 0;
+    const Stopwatch of_panes(pool);
+    product.SetPanes(&between);
+    times.panes_s += panes ? of_panes.cpu_s() : 0;
+    const Stopwatch watch(pool);
+    Result<SolverResult> solution = SolverResult();
+    if (plan.channels == 3) {
+      solution = SolveLeaves<Lanes>(product, leaves, start, accuracy, exchange);
+    } else {
+      ASSIGN_OR_RETURN(const auto grey,
+                       SolveLeaves<Single>(product, ToOneChannel(leaves, plan),
+                                           ToOneChannel(start, plan), accuracy, exchange));
+      solution = InColour(grey, plan);
+    }
+    times.solver_s += watch.cpu_s();
+    return solution;
+  };
+  if (plan.closure) RETURN_IF_ERROR(close(RowsMay::kRiseAndFall));
   ASSIGN_OR_RETURN(SolverResult solution, solve());
   if (solution.indefinite && plan.closure) {
     // Some rows could not be brought down while others were brought up: bring down alone.
     product.SetMedium(nullptr);
     product.SetPanes(nullptr);
-    ASSIGN_OR_RETURN(closing, Close(product, leaves, rows, RowsMay::kFall, tolerance, exchange));
+    RETURN_IF_ERROR(close(RowsMay::kFall));
     ASSIGN_OR_RETURN(solution, solve());
   }
+  return solution;
+}
+
+Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& exchange,
+                          RoundReport& report) {
+  SolveTimes times;
+  const Stopwatch preparing(pool);
+  std::vector<Lanes> start;
+  std::vector<uint32_t> old_leaf;
+  LeafSystem leaves = MakeLeafSystem(nodes, &start, &old_leaf);
+  if (!scene->textures.empty()) times.maps_s = preparing.cpu_s();
+  const std::vector<GivenIrradiance> given = FindGiven(nodes, report);
+  for (const GivenIrradiance& from_lights : given) {
+    const Rgb& h = from_lights.mean;
+    leaves.given.push_back(Lanes{h.x, h.y, h.z, 0});
+  }
+  Product product(tree, *placement, links, nodes, pool, exchange);
+  const std::vector<double> escape = EscapeShares(nodes);
+  const std::vector<RowMeasure> rows = MeasureRows(nodes, escape);
+  ClosureSummary closing;
+  ASSIGN_OR_RETURN(SolverResult solution,
+                   CloseAndSolve(product, leaves, start, rows, accuracy, exchange, closing, times));
+  const RefineScene between = refine_scene();
   solution.neglected += plan.measured_error;
   RETURN_IF_ERROR(AddPassedLight(product, solution.irradiance, leaves));
   ASSIGN_OR_RETURN(
@@ -345,8 +393,15 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
       EstimateError(product, tree, leaves, solution.irradiance, given,
                     group_scene ? Previous() : Previous{start, old_leaf, snapshot.round == 0},
                     solution, exchange));
+  const Stopwatch absorbing(pool);
   RETURN_IF_ERROR(AddAbsorbedPower(between, leaves, solution.irradiance, plan.interreflection,
                                    product, exchange, report));
+  if (between.panes != nullptr) times.panes_s += absorbing.cpu_s();
+  if (between.panes == nullptr && between.medium != nullptr) times.medium_s += absorbing.cpu_s();
+  times.solver_products = solution.products;
+  times.again = solution.again;
+  times.mirrors = ShareThroughMirrors(links);
+  AddSolveCosts(times, plan, !sheets.empty(), !fluorescence.empty(), report.costs);
   RETURN_IF_ERROR(AddEnergy(leaves, solution.irradiance, escape, exchange, report));
   report.residual = solution.residual;
   report.iterations = closing.products + solution.products;
@@ -478,13 +533,7 @@ Status Shard::Absorb(const std::string& parcel_bytes) {
 Result<GatherPart> Shard::Gather(const std::vector<NodeId>& elements,
                                  const std::vector<uint8_t>& corners, double accuracy) {
   const Stopwatch watch(impl_->pool);
-  GatherOptions options;
-  options.even_share = 0.01 * accuracy;
-  options.seed = impl_->options.seed;
-  // 64 rays a point for 2 %, 256 for 1 %: docs/numerics.md, "Gather".
-  options.rays =
-      static_cast<int>(std::clamp(64 * (0.02 / accuracy) * (0.02 / accuracy), 48.0, 1024.0));
-  options.open_share = std::max(0.01, 0.5 * accuracy);
+  const GatherOptions options = GatherOptionsFor(accuracy, impl_->options.seed);
   if (!impl_->gatherer) {
     impl_->gatherer = std::make_unique<Gatherer>(
         impl_->tree, *impl_->placement, impl_->links, impl_->snapshot, impl_->rays,
@@ -492,6 +541,9 @@ Result<GatherPart> Shard::Gather(const std::vector<NodeId>& elements,
   }
   ASSIGN_OR_RETURN(GatherPart part,
                    impl_->gatherer->AtCorners(elements, corners, options, impl_->pool));
+  AddGatherCosts(watch.cpu_s(),
+                 MeanRaySeconds(impl_->refine_scene(), impl_->tree, impl_->links, impl_->pool),
+                 impl_->light_ray_s, part.costs);
   part.cpu_s = watch.cpu_s();
   part.wall_s = watch.wall_s();
   return part;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/hierarchy/node_id.h"
+#include "common/scene/effect_costs.h"
 #include "common/scene/measured_effect.h"
 
 namespace isolux {
@@ -69,6 +70,7 @@ struct RoundReport {
   uint64_t memory_bytes = 0;  // of the solver; LinkErrors has that of links and nodes
   double refine_s = 0, exchange_s = 0, solve_s = 0;  // wall
   double cpu_s = 0;
+  EffectCosts costs;  // parts of the rays and of cpu_s
   LocalErrors local_errors;
   // Cost of the blocks counted for each cut node (index into the assignment's cut), in nanoseconds
   // of CPU, shared out by evaluations and links; only nodes homed here.
@@ -94,6 +96,7 @@ struct GatherPart {
   std::vector<int64_t> sums;  // elements × 4 corners × 3 channels (a triangle's fourth is 0)
   uint64_t rays = 0;
   double cpu_s = 0, wall_s = 0;
+  EffectCosts costs;  // parts of the rays and of cpu_s
 };
 
 }  // namespace isolux

@@ -158,6 +158,7 @@ v1::RoundSummary ToProto(const RoundSummary& round) {
   message.set_sample_s(round.sample_s);
   message.set_links_per_split(round.links_per_split);
   PutMeasured(round.measured, message.mutable_measured());
+  PutCosts(round.costs, message.mutable_costs());
   return message;
 }
 
@@ -219,6 +220,7 @@ Result<RoundSummary> FromProto(const v1::RoundSummary& message) {
   round.sample_s = message.sample_s();
   round.links_per_split = message.links_per_split();
   ASSIGN_OR_RETURN(round.measured, TakeMeasured(message.measured()));
+  ASSIGN_OR_RETURN(round.costs, TakeCosts(message.costs()));
   return round;
 }
 

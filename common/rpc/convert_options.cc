@@ -1,5 +1,6 @@
 #include "common/rpc/convert_options.h"
 
+#include <cmath>
 #include <utility>
 
 #include "common/scene/effects_choice.h"
@@ -85,6 +86,35 @@ Result<std::vector<MeasuredEffect>> TakeMeasured(
     measured.push_back(std::move(effect));
   }
   return measured;
+}
+
+void PutCosts(const EffectCosts& costs, google::protobuf::RepeatedPtrField<v1::EffectCost>* list) {
+  for (size_t i = 0; i < EffectCosts::kCount; ++i) {
+    const EffectCost& cost = costs.at(i);
+    if (cost == EffectCost()) continue;
+    v1::EffectCost* message = list->Add();
+    message->set_effect(static_cast<uint32_t>(i));
+    message->set_cpu_s(cost.cpu_s);
+    message->set_rays(cost.rays);
+    message->set_links(cost.links);
+  }
+}
+
+Result<EffectCosts> TakeCosts(const google::protobuf::RepeatedPtrField<v1::EffectCost>& list) {
+  if (list.size() > static_cast<int>(EffectCosts::kCount)) {
+    return Error(StatusCode::kDataLoss, "costs of {} effects; there are {}", list.size(),
+                 EffectCosts::kCount);
+  }
+  EffectCosts costs;
+  for (const v1::EffectCost& message : list) {
+    if (message.effect() >= EffectCosts::kCount || !(message.cpu_s() >= 0) ||
+        std::isinf(message.cpu_s())) {
+      return Error(StatusCode::kDataLoss, "costs: {} s of effect {}", message.cpu_s(),
+                   message.effect());
+    }
+    costs.at(message.effect()) = {message.cpu_s(), message.rays(), message.links()};
+  }
+  return costs;
 }
 
 }  // namespace isolux

@@ -23,4 +23,8 @@ void PutMeasured(std::span<const MeasuredEffect> measured,
 Result<std::vector<MeasuredEffect>> TakeMeasured(
     const google::protobuf::RepeatedPtrField<v1::MeasuredEffect>& effects);
 
+void PutCosts(const EffectCosts& costs, google::protobuf::RepeatedPtrField<v1::EffectCost>* list);
+// The same of costs.
+Result<EffectCosts> TakeCosts(const google::protobuf::RepeatedPtrField<v1::EffectCost>& list);
+
 }  // namespace isolux

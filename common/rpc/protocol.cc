@@ -229,6 +229,7 @@ std::string Encode(const RoundReport& message) {
   local->set_worst_surface(message.local_errors.worst_leaf.surface);
   local->set_worst_path(message.local_errors.worst_leaf.path);
   PutMeasured(message.measured, proto.mutable_measured());
+  PutCosts(message.costs, proto.mutable_costs());
   proto.set_cut_cost_ns(ToBytes(message.cut_cost_ns));
   proto.set_cut_links(ToBytes(message.cut_links));
   proto.set_cut_elements(ToBytes(message.cut_elements));
@@ -280,6 +281,7 @@ Result<RoundReport> DecodeMessage(const std::string& payload) {
   message.local_errors.worst = local.worst();
   message.local_errors.worst_leaf = {local.worst_surface(), local.worst_path()};
   ASSIGN_OR_RETURN(message.measured, TakeMeasured(proto.measured()));
+  ASSIGN_OR_RETURN(message.costs, TakeCosts(proto.costs()));
   RETURN_IF_ERROR(FromBytes(proto.cut_cost_ns(), kWhat, &message.cut_cost_ns));
   RETURN_IF_ERROR(FromBytes(proto.cut_links(), kWhat, &message.cut_links));
   RETURN_IF_ERROR(FromBytes(proto.cut_elements(), kWhat, &message.cut_elements));

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "common/rpc/convert_nodes.h"
+#include "common/rpc/convert_options.h"
 #include "common/rpc/protocol.h"
 #include "isolux/v1/worker_messages.pb.h"
 
@@ -191,6 +192,7 @@ std::string Encode(const GatherPart& message) {
   proto.set_rays(message.rays);
   proto.set_cpu_s(message.cpu_s);
   proto.set_wall_s(message.wall_s);
+  PutCosts(message.costs, proto.mutable_costs());
   return proto.SerializeAsString();
 }
 
@@ -207,6 +209,7 @@ Result<GatherPart> DecodeMessage(const std::string& payload) {
   message.rays = proto.rays();
   message.cpu_s = proto.cpu_s();
   message.wall_s = proto.wall_s();
+  ASSIGN_OR_RETURN(message.costs, TakeCosts(proto.costs()));
   return message;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scene/effect_costs.h"
 #include "common/scene/measured_effect.h"
 #include "common/util/status.h"
 
@@ -92,6 +93,7 @@ struct RoundSummary {
   // Of the first round: what neglecting effects would cost, and which are left out for that. Where
   // some are, it is from a round before this one, which counts for nothing else.
   std::vector<MeasuredEffect> measured;
+  EffectCosts costs;  // over all workers
 };
 
 // What became of a spectral band, and of a group of them (bands.h).
@@ -120,6 +122,7 @@ struct SolveSummary {
   std::vector<double> gather_cpu_s;  // CPU of each worker in the gather
   uint32_t workers = 0;
   uint64_t rays = 0;  // shadow rays of all rounds and the gather
+  EffectCosts costs;  // likewise
   std::vector<BandGroupSummary> band_groups;
 };
 

@@ -1,9 +1,9 @@
 #include "worker/radiosity/gather.h"
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <cmath>
+#include <mutex>
 
 #include "common/hierarchy/element.h"
 #include "common/util/random.h"
@@ -91,6 +91,17 @@ class Descent {
 
 }  // namespace
 
+GatherOptions GatherOptionsFor(double accuracy, uint64_t seed) {
+  GatherOptions options;
+  options.even_share = 0.01 * accuracy;
+  options.seed = seed;
+  // 64 rays a point for 2 %, 256 for 1 %: docs/numerics.md, "Gather".
+  options.rays =
+      static_cast<int>(std::clamp(64 * (0.02 / accuracy) * (0.02 / accuracy), 48.0, 1024.0));
+  options.open_share = std::max(0.01, 0.5 * accuracy);
+  return options;
+}
+
 struct Gatherer::Impl {
   Impl(const Tree& t, const Placement& p, const LinkSet& links, const Snapshot& snapshot,
        const RayScene& r, const LightField* l, const RefineScene& b)
@@ -103,9 +114,9 @@ struct Gatherer::Impl {
   }
 
   // What lights bring to places of one leaf.
-  uint64_t AddLights(uint32_t leaf, std::span<const GatherPlace> places, double scale) const {
+  LightRays AddLights(uint32_t leaf, std::span<const GatherPlace> places, double scale) const {
     const SkyOpenings openings = lights->OpeningsOf(tree.node(leaf).id, tree.polygon(leaf));
-    uint64_t traced = openings.rays;
+    LightRays traced{.sky = openings.rays};
     for (const GatherPlace& place : places) {
       const Rgb given =
           lights->At({place.position, tree.normal(leaf), tree.surface_of(leaf).polygon, place.seed},
@@ -169,12 +180,15 @@ Result<GatherPart> Gatherer::AtCorners(std::span<const NodeId> elements,
   part.exponent = 49 - std::ilogb(impl_->largest);
   const double scale = std::ldexp(1.0, part.exponent);
   ASSIGN_OR_RETURN(const std::vector<Run> runs, RunsOf(impl_->tree, elements));
-  std::atomic<uint64_t> traced{0};
+  std::mutex counting;
+  uint64_t straight = 0, mirrored = 0;
+  LightRays to_lights;
   // Leaves next to each other share most of what is above them.
   constexpr size_t kLeavesTogether = 32;
   pool.For(runs.size(), kLeavesTogether, [&](size_t begin, size_t end, int) {
     Descent descent(impl_->tree, impl_->sources, options, scale);
     PointGather gather(impl_->rays, impl_->sources, impl_->tree.mirrors(), impl_->between);
+    LightRays lit;
     for (size_t r = begin; r < end; ++r) {
       const std::vector<GatherPlace> places =
           impl_->PlacesOf(runs[r], elements, corners, part.sums.data());
@@ -185,12 +199,20 @@ Result<GatherPart> Gatherer::AtCorners(std::span<const NodeId> elements,
       const double rays_per_doubt = impl_->sources.RaysPerDoubt(leaf, options);
       for (const GatherPlace& place : places) gather.Evaluate(place, blocks, rays_per_doubt);
       if (impl_->lights != nullptr && impl_->placement.IsMine(leaf)) {
-        traced += impl_->AddLights(leaf, places, scale);
+        lit += impl_->AddLights(leaf, places, scale);
       }
     }
-    traced += gather.traced();
+    std::lock_guard lock(counting);
+    straight += gather.traced() - gather.traced_by_mirrors();
+    mirrored += gather.traced_by_mirrors();
+    to_lights += lit;
   });
-  part.rays = traced;
+  part.costs["occlusion"].rays = straight;
+  part.costs["mirrors"].rays = mirrored;
+  part.costs["lights"].rays = to_lights.lights;
+  part.costs["sun"].rays = to_lights.sun;
+  part.costs["sky"].rays = to_lights.sky;
+  part.rays = straight + mirrored + to_lights.Total();
   return part;
 }
 

@@ -29,6 +29,9 @@ struct GatherOptions {
   uint64_t seed = 1;
 };
 
+// For an accuracy of the irradiance.
+GatherOptions GatherOptionsFor(double accuracy, uint64_t seed);
+
 // Made once a snapshot; keeps references to all it is given.
 class Gatherer {
  public:

@@ -154,6 +154,7 @@ void PointGather::Trace() {
   packet_.valid = (1U << count_) - 1;
   const uint32_t visible = Visible();
   traced_ += static_cast<uint64_t>(count_);
+  traced_by_mirrors_ += static_cast<uint64_t>(std::popcount(mirrored_));
   for (int i = 0; i < count_; ++i) {
     Look& look = looks_[picks_[i].look];
     look.total += picks_[i].weight;

@@ -46,6 +46,7 @@ class PointGather {
                 double rays_per_doubt);
 
   uint64_t traced() const { return traced_; }
+  uint64_t traced_by_mirrors() const { return traced_by_mirrors_; }  // of them
 
  private:
   // A source at the point that rays go to.
@@ -105,7 +106,7 @@ class PointGather {
   std::array<Pick, RayScene::kPacket> picks_;
   int count_ = 0;
   uint32_t mirrored_ = 0;  // of the packet, by bits: those by way of mirrors
-  uint64_t traced_ = 0;
+  uint64_t traced_ = 0, traced_by_mirrors_ = 0;
 };
 
 }  // namespace isolux

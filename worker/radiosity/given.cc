@@ -50,7 +50,7 @@ Result<std::vector<uint32_t>> DivideForLights(double epsilon_w, const LightField
       if (placement.assignment().home[owner] == placement.self()) {
         ++counters.evaluations;
         ++counters.evaluations_of_cut[owner];
-        counters.rays += given[i].rays;
+        counters.light_rays += given[i].rays;
       }
       if (given[i].range * tree.area_m2(node) > epsilon_w && IsDivisible(tree, node)) {
         const uint32_t child = tree.MakeChildren(node);

@@ -313,6 +313,7 @@ void LightField::AddLight(const Source& source, const NodeId& id, const ConvexPo
   double shares = 0, least = std::numeric_limits<double>::infinity(), most = 0;
   int reached = 0, hidden = 0;
   LeftRange left;
+  uint64_t& rays = light.is_sun() ? sum->rays.sun : sum->rays.lights;
   for (int first = 0; first < kSamples; first += RayScene::kPacket) {
     const Look look = LookAt(source, samples, own,
                              std::span(samples.points).subspan(first, RayScene::kPacket), first);
@@ -327,13 +328,13 @@ void LightField::AddLight(const Source& source, const NodeId& id, const ConvexPo
     left.Add(look);
     reached += look.reached();
     hidden += look.hidden();
-    if (MayBeHidden(source)) sum->rays += static_cast<uint32_t>(std::popcount(look.lit));
+    if (MayBeHidden(source)) rays += static_cast<uint64_t>(std::popcount(look.lit));
   }
   if (MayBeHidden(source) || panes_ != nullptr) {  // borders of shadows cross the rim
     const Look rim = LookAt(source, samples, own, samples.rim, 0);
     reached += rim.reached();
     hidden += rim.hidden();
-    if (MayBeHidden(source)) sum->rays += static_cast<uint32_t>(std::popcount(rim.lit));
+    if (MayBeHidden(source)) rays += static_cast<uint64_t>(std::popcount(rim.lit));
     left.Add(rim);
   }
   // Mean share without obstacles over that of the samples: makes even intensities exact.
@@ -383,7 +384,7 @@ void LightField::AddSky(const NodeId& id, const Samples& samples, GivenIrradianc
   point.seed = Hash(seed_, 0x0bedu, Hash(id.surface, id.path));
   const SkyOpenings openings =
       sky_->OpeningsOf(samples.inside, point, small ? kElementCells / 2 : kElementCells);
-  sum->rays += openings.rays;
+  sum->rays.sky += openings.rays;
   Rgb mean(0.0);
   double least = std::numeric_limits<double>::infinity(), most = 0, deviation = 0;
   for (int k = 0; k < points; ++k) {
@@ -396,7 +397,7 @@ void LightField::AddSky(const NodeId& id, const Samples& samples, GivenIrradianc
     least = std::min(least, SumOf(seen.irradiance));
     most = std::max(most, SumOf(seen.irradiance));
     deviation += seen.deviation / points;
-    sum->rays += seen.rays;
+    sum->rays.sky += seen.rays;
   }
   sum->mean += mean;
   // Two numbers of four with this deviation are 2.06 of it apart by chance alone.
@@ -409,7 +410,7 @@ void LightField::AddSky(const NodeId& id, const Samples& samples, GivenIrradianc
 }
 
 // Sixteen points of the disc, and 48 more where these disagree.
-Rgb LightField::FromSun(const Source& sun, const LitPoint& point, uint64_t* rays) const {
+Rgb LightField::FromSun(const Source& sun, const LitPoint& point, LightRays* rays) const {
   Random random(Hash(point.seed, 0x50au));
   int seen = 0, looked = 0;
   Rgb irradiance(0.0), through_panes(0.0);
@@ -430,7 +431,7 @@ Rgb LightField::FromSun(const Source& sun, const LitPoint& point, uint64_t* rays
     }
     seen += std::popcount(free);
     looked += RayScene::kPacket;
-    *rays += RayScene::kPacket;
+    rays->sun += RayScene::kPacket;
     if (looked == 16 && seen > 0 && seen < looked) wanted = 64;
   }
   if (panes_ != nullptr) return through_panes / static_cast<double>(looked);
@@ -466,7 +467,7 @@ uint32_t LightField::FreeOf(size_t first, const RayPacket& packet) const {
   return free;
 }
 
-Rgb LightField::At(const LitPoint& point, const SkyOpenings& openings, uint64_t* rays) const {
+Rgb LightField::At(const LitPoint& point, const SkyOpenings& openings, LightRays* rays) const {
   Rgb irradiance(0.0);
   for (size_t first = 0; first < lights_.size(); first += RayScene::kPacket) {
     const size_t count = std::min<size_t>(RayScene::kPacket, lights_.size() - first);
@@ -481,7 +482,7 @@ Rgb LightField::At(const LitPoint& point, const SkyOpenings& openings, uint64_t*
     }
     if (packet.valid == 0) continue;
     const uint32_t free = FreeOf(first, packet);
-    if (shadows_) *rays += static_cast<uint64_t>(std::popcount(packet.valid));
+    if (shadows_) rays->lights += static_cast<uint64_t>(std::popcount(packet.valid));
     for (size_t i = 0; i < count; ++i) {
       if ((free >> i & 1) != 0) irradiance += arrivals[i].irradiance();
     }
@@ -490,7 +491,7 @@ Rgb LightField::At(const LitPoint& point, const SkyOpenings& openings, uint64_t*
   if (openings.cells > 0) {
     const SkyField::Seen seen = sky_->At(point, openings, finest_);
     irradiance += seen.irradiance;
-    *rays += seen.rays;
+    rays->sky += seen.rays;
   }
   return irradiance;
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/hierarchy/mirrors.h"
+#include "common/scene/effect_costs.h"
 #include "common/scene/effects_plan.h"
 #include "common/scene/scene.h"
 #include "worker/radiosity/escape.h"
@@ -28,7 +29,7 @@ struct GivenIrradiance {
   // Mean absolute error of the output over the element if it is a leaf: it is interpolated, and
   // borders of shadows are sharp.
   double border = 0;
-  uint32_t rays = 0;  // that it took
+  LightRays rays;  // that it took
 };
 
 class LightField {
@@ -55,7 +56,7 @@ class LightField {
   // Where points of an element are to look for the sky; empty where there is none to see.
   SkyOpenings OpeningsOf(const NodeId& id, const ConvexPolygon& polygon) const;
   // At a point of that element.
-  Rgb At(const LitPoint& point, const SkyOpenings& openings, uint64_t* rays) const;
+  Rgb At(const LitPoint& point, const SkyOpenings& openings, LightRays* rays) const;
 
  private:
   // A light, and two directions across it; or, where `image` is not null, the image of one, with
@@ -92,7 +93,7 @@ class LightField {
               std::span<const Vec3> points, size_t first) const;
   double AreaShare(const ConvexPolygon& polygon) const;
   uint32_t FreeOf(size_t first, const RayPacket& packet) const;
-  Rgb FromSun(const Source& sun, const LitPoint& point, uint64_t* rays) const;
+  Rgb FromSun(const Source& sun, const LitPoint& point, LightRays* rays) const;
   double UnoccludedRange(const Source& source, const ConvexPolygon& inside, const Vec3& normal,
                          double least, double most) const;
   GivenIrradiance FromLights(const NodeId& id, const ConvexPolygon& polygon,

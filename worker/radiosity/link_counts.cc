@@ -23,12 +23,13 @@ void CountLinks(const Tree& tree, const Placement& placement, const LinkSet& lin
   report.evaluations = counters.evaluations;
   report.proved_visible = counters.proved_visible;
   report.proved_hidden = counters.proved_hidden;
-  report.rays += counters.rays;
+  report.rays += counters.rays + counters.image_rays + counters.light_rays.Total();
   report.cut_links.assign(cut_size, 0);
   report.cut_elements.assign(cut_size, 0);
   report.cut_cost_ns.assign(cut_size, 0);
   const auto count = [&](const Link& link) {
     ++report.links;
+    if (link.through_mirrors()) ++report.costs["mirrors"].links;
     ++report.cut_links[placement.OwnerCut(link.p, link.q)];
   };
   for (const Link& link : links.own) count(link);

@@ -45,6 +45,7 @@ SolverResult InColour(const SolverResultOf<Single>& grey, const EffectsPlan& pla
   for (const Single& h : grey.irradiance) result.irradiance.push_back(h[0] * lanes);
   result.iterations = grey.iterations;
   result.products = grey.products;
+  result.again = grey.again;
   result.residual = grey.residual;
   result.largest_eigenvalue = grey.largest_eigenvalue;
   result.neglected = plan.grey_error;

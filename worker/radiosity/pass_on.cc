@@ -296,7 +296,7 @@ Result<SolverResultOf<V>> SolveWithPassedLight(Product& product, const LeafSyste
   LeafSystemOf<V> sources = leaves;
   std::vector<V> irradiance(start.begin(), start.end());
   ASSIGN_OR_RETURN(std::vector<V> passed, passing.PassedBy(irradiance));
-  uint32_t products = 0, iterations = 0;
+  uint32_t products = 0, iterations = 0, first = 0;
   double largest_eigenvalue = 0;
   std::vector<V> change(passing.size(), V{});
   for (int pass = 1;; ++pass) {
@@ -311,6 +311,7 @@ Result<SolverResultOf<V>> SolveWithPassedLight(Product& product, const LeafSyste
     // Later passes start so near to their end that what they tell of their rates is noise.
     if (pass == 1) {
       if (result.indefinite) return result;
+      first = products;
       largest_eigenvalue = result.largest_eigenvalue;
     }
     ASSIGN_OR_RETURN(const std::vector<V> next, passing.PassedBy(irradiance));
@@ -326,6 +327,7 @@ Result<SolverResultOf<V>> SolveWithPassedLight(Product& product, const LeafSyste
     }
     if (done || pass == kMostPasses) {
       result.products = products;
+      result.again = products - first;
       result.iterations = iterations;
       result.residual = growth * result.residual + left;
       ASSIGN_OR_RETURN(const double share,

@@ -320,7 +320,8 @@ class Wavefront {
     if (placement_.assignment().home[owner] != placement_.self()) return;
     ++counters_.evaluations;
     ++counters_.evaluations_of_cut[owner];
-    counters_.rays += found.rays;
+    (pair.image == kDirect ? counters_.rays : counters_.image_rays) += found.rays;
+    counters_.image_evaluations += pair.image == kDirect ? 0 : 1;
     counters_.proved_visible += found.proof == Proof::kVisible ? 1 : 0;
     counters_.proved_hidden += found.proof == Proof::kHidden ? 1 : 0;
   }

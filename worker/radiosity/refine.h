@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "common/hierarchy/panes.h"
+#include "common/scene/effect_costs.h"
 #include "common/scene/medium.h"
 #include "common/util/parallel.h"
 #include "common/util/status.h"
@@ -54,8 +55,9 @@ struct LinkError {
 LinkError ErrorOf(const Tree& tree, const Link& link, const NodeValues& p, const NodeValues& q);
 
 struct RefineCounters {
-  uint64_t evaluations = 0;
-  uint64_t rays = 0;
+  uint64_t evaluations = 0, image_evaluations = 0;  // of them, through mirrors
+  uint64_t rays = 0, image_rays = 0;                // straight, and through mirrors
+  LightRays light_rays;
   uint64_t proved_visible = 0, proved_hidden = 0;  // evaluations, without a ray
   std::vector<uint64_t> evaluations_of_cut;        // by owner
 };

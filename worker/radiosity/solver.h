@@ -33,7 +33,8 @@ struct SolverResultOf {
   std::vector<V> irradiance;  // H at own leaves, W/m²
   uint32_t iterations = 0;    // sweeps, or passes of as many shots as there are leaves
   uint32_t products = 0;      // a sweep and a pass count as one each
-  double residual = 0;        // residual power over emitted power, the largest of the channels
+  uint32_t again = 0;   // of them, for what sheets pass on and is reradiated: after the first pass
+  double residual = 0;  // residual power over emitted power, the largest of the channels
   // λ, by which what is left shrinks: the error in power is about residual/(1 − λ). Conjugate
   // gradients: the largest Ritz value of the reflection operator; Jacobi and Chebyshev: its largest
   // Rayleigh quotient; Gauss–Seidel: the ratio of successive changes; Southwell: the share of shot

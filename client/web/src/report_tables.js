@@ -40,6 +40,9 @@ export function effectTable(effects) {
     words("present", ({ present }) => (present ? "yes" : "no")),
     numeric("bound on neglecting it", "bound", format.percent),
     numeric("measured", "measured", format.percent),
+    numeric("CPU, s", "cpu_s", format.number),
+    numeric("rays", "rays", format.count),
+    numeric("links", "links", format.count),
     words("decision", ({ decision }) => decision?.replaceAll("-", " ")),
     words("evidence", ({ evidence }) => evidence),
   ], effects);

@@ -105,7 +105,7 @@ test("a report of many rounds and workers stays readable", async () => {
   }));
   const worker_traffic = Array.from({ length: 32 }, (_, worker) => ["values", "sums", "gather"].map((phase) => (
     { worker: worker + 1, phase, bytes_in: 1e6, bytes_out: 2e6 }))).flat();
-  const effects = [{ name: "mirror", decision: "not-simulated", present: true, bound: 0.03, measured: 0.0042, evidence: "2 materials; too little" }];
+  const effects = [{ name: "mirror", decision: "not-simulated", present: true, bound: 0.03, measured: 0.0042, cpu_s: 1.25, rays: 12345, links: 77, evidence: "2 materials; too little" }];
   const forecasts = rounds.slice(0, 20).map(({ round, links, seconds }) => ({
     round, seconds: { low: seconds, likely: 2 * seconds, high: 5 * seconds }, links: { low: links, likely: links, high: 2 * links } }));
   const data = { title: "many", name: "many.obj", summary: { seconds: 9000 }, rounds, forecasts, worker_traffic, effects };
@@ -114,7 +114,7 @@ test("a report of many rounds and workers stays readable", async () => {
     assert.equal(await forecast.locator("g[aria-label='dot'] circle").count(), 20);
     assert.match(await forecast.locator(".legend").textContent(), /came: 150 min/);
     assert.equal(await page.locator("figure", { hasText: "Bytes by worker" }).locator("rect").count() >= 96, true);
-    assert.match(await page.locator("section", { hasText: "What the scene calls for" }).textContent(), /mirror.*3 %.*0.42 %.*too little/);
+    assert.match(await page.locator("section", { hasText: "What the scene calls for" }).textContent(), /mirror.*3 %.*0.42 %.*1.25.*12,345.*77.*too little/);
   });
 });
 

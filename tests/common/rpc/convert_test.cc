@@ -56,6 +56,7 @@ RoundSummary Numbered(double base) {
     for (double& channel : *power) channel = ++next;
   }
   round.worker_cpu_s = {++next, ++next};
+  round.costs["sky"] = {++next, 5, 6};
   round.measured = {{"clear-glass", ++next, ++next, ++next, true},
                     {"sheets", ++next, 1, {}, false}};
   return round;
@@ -74,6 +75,7 @@ TEST(ConvertTest, ARoundComesBackWhole) {
   EXPECT_EQ(back->glass_w, Numbered(0.5).glass_w);
   EXPECT_EQ(back->worker_cpu_s, Numbered(0.5).worker_cpu_s);
   EXPECT_EQ(back->measured, Numbered(0.5).measured);
+  EXPECT_EQ(back->costs, Numbered(0.5).costs);
 }
 
 JobInfo Job() {

@@ -66,6 +66,12 @@ Reduction RandomReduction(Random& random) {
   return reduction;
 }
 
+GatherPart RandomPart(Random& random) {
+  GatherPart part{-12, RandomNumbers<int64_t>(random, 24), 5, 0.25, 0.125, {}};
+  part.costs["occlusion"] = {random.Unit(), 5, 0};
+  return part;
+}
+
 RoundReport RandomReport(Random& random) {
   RoundReport report;
   report.round = static_cast<uint32_t>(random.Bits());
@@ -81,6 +87,8 @@ RoundReport RandomReport(Random& random) {
   for (uint64_t& area : report.local_errors.area) area = random.Bits();
   report.local_errors.worst = random.Unit();
   report.local_errors.worst_leaf = {static_cast<uint32_t>(random.Bits()), random.Bits()};
+  report.costs["mirrors"] = {random.Unit(), random.Bits(), 3};
+  report.costs["textures"] = {random.Unit(), 0, 0};
   report.measured = {{"sheets", random.Unit(), 1 + random.Unit(), random.Unit(), true}};
   report.cut_cost_ns = RandomNumbers<double>(random, 9);
   report.cut_links = RandomNumbers<uint64_t>(random, 9);
@@ -156,7 +164,7 @@ std::vector<Case> MakeCases(uint64_t seed) {
       MakeCase("Parcels", parcels),
       MakeCase("Absorb", Absorb{{"one", "", "three"}}),
       MakeCase("Gather", RandomGather(random)),
-      MakeCase("GatherPart", GatherPart{-12, RandomNumbers<int64_t>(random, 24), 5, 0.25}),
+      MakeCase("GatherPart", RandomPart(random)),
       MakeCase("EndJob", EndJob{9}),
       MakeCase("Failed", Failed{Status(StatusCode::kInternal, "what went wrong")}),
       MakeCase("Progress", Progress{9, 2, 1.5}),
