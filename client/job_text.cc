@@ -47,6 +47,14 @@ json MeasuredEffects(const SolveSummary& summary) {
   return list;
 }
 
+// Whether the rounds reached the accuracy and the output showed more: error_unseen, or what lies
+// between its points.
+bool ShortOfAccuracy(const JobInfo& job) {
+  return job.state == JobState::kDone && job.summary.end_reason == EndReason::kAccuracy &&
+         !job.summary.rounds.empty() &&
+         job.summary.rounds.back().error_estimate > job.options.accuracy;
+}
+
 json ErrorParts(const RoundSummary& round) {
   return {{"spread", round.error_spread},
           {"visibility", round.error_visibility},
@@ -161,9 +169,10 @@ std::string Summarize(const JobInfo& job) {
   if (!why.empty()) line += ": " + why;
   if (!job.summary.rounds.empty()) {
     const RoundSummary& last = job.summary.rounds.back();
-    line +=
-        fmt::format(", error {:.2f} %, {} rounds, {} links, {} elements", 100 * last.error_estimate,
-                    job.summary.rounds.size(), last.links, last.elements);
+    line += fmt::format(", error {:.2f} %{}, {} rounds, {} links, {} elements",
+                        100 * last.error_estimate,
+                        ShortOfAccuracy(job) ? " with the output gathered" : "",
+                        job.summary.rounds.size(), last.links, last.elements);
   }
   return line + fmt::format(", {:.1f} s", Seconds(job));
 }

@@ -61,6 +61,21 @@ TEST(JobTextTest, WhatIsNotKnownYetIsNull) {
   EXPECT_EQ(json["end_reason"], "accuracy reached");
 }
 
+TEST(JobTextTest, SaysWhereTheOutputShowsMoreThanTheRounds) {
+  JobInfo job;
+  job.state = JobState::kDone;
+  job.options.accuracy = 0.05;
+  job.summary.rounds.resize(1);
+  RoundSummary& last = job.summary.rounds.back();
+  last.error_estimate = 0.04;
+  EXPECT_EQ(Summarize(job).find("with the output gathered"), std::string::npos);
+  last.error_estimate = 0.08;
+  last.error_unseen = 0.07;
+  EXPECT_NE(Summarize(job).find("error 8.00 % with the output gathered"), std::string::npos);
+  EXPECT_NE(Describe(job).find("in doubt"), std::string::npos);
+  EXPECT_EQ(ToJson(job)["doubts"].size(), 1u);
+}
+
 TEST(JobTextTest, AFailureSaysWhy) {
   JobInfo job;
   job.id = 3;

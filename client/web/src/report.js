@@ -42,7 +42,8 @@ function headline({ summary = {}, job, rounds = [], faces = {} }) {
     ["estimated RMS error", last.rms > 0 ? format.percent(last.rms) : null],
     ["95th percentile, local", last.p95 > 0 ? format.percent(last.p95) : null],
     ["time", format.seconds(summary.seconds)],
-    ["ended by", summary.end_reason],
+    ["ended by", summary.error_estimate > summary.accuracy && summary.end_reason === "accuracy reached"
+      ? "accuracy reached, before the output was gathered" : summary.end_reason],
     ["rounds", format.count(summary.rounds)],
     ["links", format.count(summary.links)],
     ["elements", format.count(summary.elements)],
