@@ -218,12 +218,7 @@ Result<PatchFile> JobRunner::Impl::MakeOutput() {
   summary.rays = waves.rays();
   for (const RoundSummary& row : summary.rounds) summary.rays += row.rays;
   summary.costs = TotalCosts(summary.rounds, waves.costs());
-  RoundSummary& last = summary.rounds.back();
-  last.error_interpolation = mesh.interpolation_error;
-  last.error_unseen = unseen.error;
-  last.unseen_polygon =
-      hierarchy.scene().polygons[hierarchy.surfaces()[unseen.surface].polygon].file_polygon;
-  last.error_estimate = std::hypot(last.error_estimate, mesh.interpolation_error, unseen.error);
+  AddOutputErrors(hierarchy, mesh.interpolation_error, unseen, &summary.rounds.back());
   return std::move(mesh.patch);
 }
 

@@ -298,6 +298,15 @@ EffectCosts TotalCosts(std::span<const RoundSummary> rounds, const EffectCosts& 
   return total;
 }
 
+void AddOutputErrors(const Hierarchy& hierarchy, double interpolation_error,
+                     const UnseenLight& unseen, RoundSummary* last) {
+  last->error_interpolation = interpolation_error;
+  last->error_unseen = unseen.error;
+  last->unseen_polygon =
+      hierarchy.scene().polygons[hierarchy.surfaces()[unseen.surface].polygon].file_polygon;
+  last->error_estimate = std::hypot(last->error_estimate, interpolation_error, unseen.error);
+}
+
 Result<CutLoads> MergeLoads(const PerWorker<RoundReport>& reports, const Assignment& assignment) {
   CutLoads loads;
   for (size_t i = 0; i < assignment.cut.size(); ++i) {

@@ -16,6 +16,7 @@
 #include "common/util/status.h"
 #include "server/balance.h"
 #include "server/relay.h"
+#include "server/source_gather.h"
 #include "server/traffic.h"
 
 namespace isolux {
@@ -30,6 +31,11 @@ Result<CutLoads> MergeLoads(const PerWorker<RoundReport>& reports, const Assignm
 
 // What effects took of the rounds and the gather; links as the last round has them.
 EffectCosts TotalCosts(std::span<const RoundSummary> rounds, const EffectCosts& gather);
+
+// What the output showed, into the row of the last round and its estimate: what interpolation
+// leaves, and light that the links missed.
+void AddOutputErrors(const Hierarchy& hierarchy, double interpolation_error,
+                     const UnseenLight& unseen, RoundSummary* last);
 
 // What was asked of a job.
 struct Asked {
