@@ -12,6 +12,7 @@
 #include "tests/support/dense_transport.h"
 #include "tests/support/local_cluster.h"
 #include "tests/support/scenes.h"
+#include "tests/support/sheet.h"
 #include "tests/support/solve_scene.h"
 #include "worker/radiosity/solver.h"
 
@@ -39,16 +40,8 @@ Scene Room() {
   faces.reflectance = {Rgb(.6, .5, .4), Rgb(.3), Rgb(.5), Rgb(.2, .4, .6), Rgb(.6), Rgb(.4)};
   faces.exitance[5] = Rgb(1, 2, .5);
   Scene scene = BoxRoom({2, 1, 1.5}, faces);
-  const auto first = static_cast<uint32_t>(scene.vertices.size());
-  scene.vertices.insert(scene.vertices.end(),
-                        {{1, .2, .2}, {1.3, .2, 1}, {1.3, .8, 1}, {1, .8, .2}});
-  Polygon sheet;
-  sheet.vertices = {first, first + 1, first + 2, first + 3};
-  sheet.material = static_cast<uint32_t>(scene.materials.size());
-  sheet.file_polygon = scene.file_polygon_count++;
-  scene.materials.push_back({"sheet", Rgb(.2, .1, .3), Rgb(0.0)});
-  scene.materials.back().transmittance = Rgb(.4, .3, .2);
-  scene.polygons.push_back(sheet);
+  AddSheet(scene, {{1, .2, .2}, {1.3, .2, 1}, {1.3, .8, 1}, {1, .8, .2}}, Rgb(.2, .1, .3),
+           Rgb(.4, .3, .2));
   scene.materials[2].specular = 0.3;
   scene.lights.push_back(
       {.name = "bulb", .position_m = {.4, .5, .6}, .intensity = {.01, .005, .02}});

@@ -11,6 +11,7 @@
 #include "tests/support/local_cluster.h"
 #include "tests/support/path_tracer.h"
 #include "tests/support/scenes.h"
+#include "tests/support/sheet.h"
 #include "tests/support/solve_scene.h"
 
 namespace isolux::testing {
@@ -99,17 +100,8 @@ Scene Room() {
   Scene scene = BoxRoom({2, 1, 1.5}, faces);
   MakeFluorescent(scene, 0, Rgb(.5, .4, .1), {0.6, 0.2, 0.3});
   MakeFluorescent(scene, 3, Rgb(.3, .3, .2), {0, 0.5, 0});
-  const auto first = static_cast<uint32_t>(scene.vertices.size());
-  scene.vertices.insert(scene.vertices.end(),
-                        {{1, .2, .2}, {1.3, .2, 1}, {1.3, .8, 1}, {1, .8, .2}});
-  Polygon sheet;
-  sheet.vertices = {first, first + 1, first + 2, first + 3};
-  sheet.material = static_cast<uint32_t>(scene.materials.size());
-  sheet.file_polygon = scene.file_polygon_count++;
-  scene.materials.push_back({"sheet", Rgb(.2), Rgb(0.0)});
-  scene.materials.back().transmittance = Rgb(.4, .3, .2);
+  AddSheet(scene, {{1, .2, .2}, {1.3, .2, 1}, {1.3, .8, 1}, {1, .8, .2}}, Rgb(.2), Rgb(.4, .3, .2));
   scene.materials.back().reradiation = {0.4, 0.1, 0};
-  scene.polygons.push_back(sheet);
   return scene;
 }
 

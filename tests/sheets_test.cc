@@ -16,6 +16,7 @@
 #include "tests/support/local_cluster.h"
 #include "tests/support/path_tracer.h"
 #include "tests/support/scenes.h"
+#include "tests/support/sheet.h"
 #include "tests/support/solve_scene.h"
 
 namespace isolux::testing {
@@ -27,22 +28,6 @@ SolveResult Solve(const Scene& scene, double accuracy, const std::string& effect
 }
 
 const RoundSummary& LastRound(const SolveResult& result) { return result.summary.rounds.back(); }
-
-// A sheet of these corners; its number in the scene.
-uint32_t AddSheet(Scene& scene, const std::vector<Vec3>& corners, const Rgb& reflectance,
-                  const Rgb& transmittance) {
-  Polygon sheet;
-  for (size_t i = 0; i < corners.size(); ++i) {
-    sheet.vertices[i] = static_cast<uint32_t>(scene.vertices.size());
-    scene.vertices.push_back(corners[i]);
-  }
-  sheet.material = static_cast<uint32_t>(scene.materials.size());
-  sheet.file_polygon = scene.file_polygon_count++;
-  scene.materials.push_back({"sheet", reflectance, Rgb(0.0)});
-  scene.materials.back().transmittance = transmittance;
-  scene.polygons.push_back(sheet);
-  return sheet.file_polygon;
-}
 
 constexpr double kWall = 0.4;
 const Vec3 kRoom(2, 1, 1.5);
