@@ -85,6 +85,13 @@ Result<PatchFile> BuildLatest(const Scene& scene, const Snapshot& newest, const 
   patch.comments.emplace_back("latest_round", fmt::format("{}", last.round));
   patch.comments.emplace_back("gathered", "no: means of the leaves");
   patch.comments.emplace_back("error_estimate_gathered", fmt::format("{}", last.error_estimate));
+  if (effects.plan.bands) {
+    patch.comments.emplace_back(
+        "bands_left_out",
+        fmt::format("{}: they come with the job's end; red, green and blue here are solved for as "
+                    "channels, by the means of what materials reflect in their bands",
+                    scene.bands.size()));
+  }
   return std::move(patch);
 }
 

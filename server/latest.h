@@ -13,8 +13,9 @@ namespace isolux {
 // gathered, so that neither the workers nor the job hear of it. What a leaf hides of the variation
 // within it is added to its error (in squares; an even slope of range r is off by r/4 on average),
 // and the error estimate of the comments is that of these constants. Comments `latest_round`,
-// `gathered` and `error_estimate_gathered` say what it is. `job` has the rounds up to the
-// snapshot's.
+// `gathered` and `error_estimate_gathered` say what it is; spectral bands, which are solved for
+// once the rounds are over, are left out, and `bands_left_out` says so. `job` has the rounds up to
+// the snapshot's.
 Result<PatchFile> BuildLatest(const Scene& scene, const Snapshot& snapshot, const JobInfo& job);
 
 }  // namespace isolux

@@ -7,6 +7,7 @@
 
 #include "client/commands/commands.h"
 #include "client/commands/job_flags.h"
+#include "common/scene/patch_file.h"
 
 namespace isolux {
 namespace {
@@ -28,6 +29,13 @@ int RunFetch(const FetchFlags& options) {
   if (interruption.happened()) return kExitInterrupted;
   if (!status.ok()) return Fail("fetch", status);
   std::fprintf(stderr, "wrote %s\n", options.output.c_str());
+  if (!options.latest) return 0;
+  const Result<PatchFile> file = ReadPatchFile(options.output);
+  if (!file) return Fail("fetch", file.error());
+  const std::string left_out = file->Comment("bands_left_out");
+  if (!left_out.empty()) {
+    std::fprintf(stderr, "without spectral bands, %s\n", left_out.c_str());
+  }
   return 0;
 }
 

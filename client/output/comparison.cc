@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "client/output/patch_locator.h"
 #include "common/util/random.h"
@@ -53,6 +54,34 @@ Vec3 PointOn(std::span<const Vec3> corners, Random& random) {
   return corners[0] + u * (corners[i] - corners[0]) + v * (corners[i + 1] - corners[0]);
 }
 
+// Calls add(face of a, face of b, point) at seeded points, one in each of equal parts of the area;
+// of a solution that has no such surface there is no face.
+template <typename Add>
+Status Sample(const PatchFile& a, const PatchFile& b, const ComparisonOptions& options,
+              const Add& add) {
+  const PatchLocator in_a(a), in_b(b);
+  const std::vector<Target> targets = MakeTargets(a, b, in_b);
+  const double area = targets.empty() ? 0 : targets.back().area_up_to;
+  if (!(area > 0)) return {StatusCode::kInvalidArgument, "neither solution has any area"};
+  size_t t = 0;
+  for (uint64_t i = 0; i < options.samples; ++i) {
+    Random random(Hash(options.seed, i));
+    const double place =
+        (static_cast<double>(i) + random.Unit()) * (area / static_cast<double>(options.samples));
+    while (t + 1 < targets.size() && targets[t].area_up_to <= place) ++t;
+    const uint32_t f = targets[t].face;
+    const PatchFile& file = *targets[t].file;
+    const PatchFace& face = file.faces[f];
+    const Vec3 point = PointOn(CornersOf(file, face), random);
+    if (&file == &b) {
+      add(in_a.Find(SideKey(face), point), std::optional<uint32_t>(f), point);
+    } else {
+      add(std::optional<uint32_t>(f), std::optional<uint32_t>(), point);
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 void ErrorTally::Add(const Rgb& found, const Rgb& expected, const Rgb& deviation) {
@@ -96,34 +125,56 @@ Result<Comparison> ErrorTally::Finish() const {
 
 Result<Comparison> Compare(const PatchFile& a, const PatchFile& b,
                            const ComparisonOptions& options) {
-  const PatchLocator in_a(a), in_b(b);
-  const std::vector<Target> targets = MakeTargets(a, b, in_b);
-  const double area = targets.empty() ? 0 : targets.back().area_up_to;
-  if (!(area > 0)) return Error(StatusCode::kInvalidArgument, "neither solution has any area");
-
   ErrorTally tally;
-  size_t t = 0;
-  for (uint64_t i = 0; i < options.samples; ++i) {
-    // One point in each of equal parts of the area.
-    Random random(Hash(options.seed, i));
-    const double place =
-        (static_cast<double>(i) + random.Unit()) * (area / static_cast<double>(options.samples));
-    while (t + 1 < targets.size() && targets[t].area_up_to <= place) ++t;
-    const PatchFile& file = *targets[t].file;
-    const PatchFace& face = file.faces[targets[t].face];
-    const Vec3 point = PointOn(CornersOf(file, face), random);
-    const Rgb here = IrradianceAt(file, targets[t].face, point);
-    if (&file != &b) {
-      tally.Add(here, Rgb(0.0));
-      tally.AddUnmatched();
-    } else if (const auto other = in_a.Find(SideKey(face), point)) {
-      tally.Add(IrradianceAt(a, *other, point), here);
-    } else {
-      tally.Add(Rgb(0.0), here);
-      tally.AddUnmatched();
-    }
-  }
+  RETURN_IF_ERROR(Sample(a, b, options, [&](const auto& in_a, const auto& in_b, const Vec3& point) {
+    tally.Add(in_a ? IrradianceAt(a, *in_a, point) : Rgb(0.0),
+              in_b ? IrradianceAt(b, *in_b, point) : Rgb(0.0));
+    if (!in_a || !in_b) tally.AddUnmatched();
+  }));
   return tally.Finish();
+}
+
+bool HaveSameBands(const PatchFile& a, const PatchFile& b) {
+  return !a.bands.empty() && a.bands == b.bands;
+}
+
+Result<BandsComparison> CompareBands(const PatchFile& a, const PatchFile& b,
+                                     const ComparisonOptions& options) {
+  const size_t count = b.bands.size();
+  struct Sums {
+    double error = 0, square = 0, largest = 0, expected = 0;
+  };
+  std::vector<Sums> sums(count);
+  const std::vector<double> dark(count, 0.0);
+  RETURN_IF_ERROR(Sample(a, b, options, [&](const auto& in_a, const auto& in_b, const Vec3& point) {
+    const std::vector<double> found = in_a ? BandIrradianceAt(a, *in_a, point) : dark;
+    const std::vector<double> expected = in_b ? BandIrradianceAt(b, *in_b, point) : dark;
+    for (size_t band = 0; band < count; ++band) {
+      const double error = std::abs(found[band] - expected[band]);
+      sums[band].error += error;
+      sums[band].square += error * error;
+      sums[band].largest = std::max(sums[band].largest, error);
+      sums[band].expected += expected[band];
+    }
+  }));
+  const auto n = static_cast<double>(options.samples);
+  BandsComparison result;
+  double error = 0, expected = 0;
+  for (const Sums& of_band : sums) {
+    error += of_band.error;
+    expected += of_band.expected;
+    BandComparison& band = result.bands.emplace_back();
+    band.dark = !(of_band.expected > 0);
+    if (band.dark) continue;
+    band.l1_relative = of_band.error / of_band.expected;
+    band.rms_relative = std::sqrt(of_band.square * n) / of_band.expected;
+    band.max_relative = of_band.largest * n / of_band.expected;
+  }
+  if (!(expected > 0)) {
+    return Error(StatusCode::kInvalidArgument, "what is compared with has no light in any band");
+  }
+  result.l1_relative = error / expected;
+  return result;
 }
 
 Result<Comparison> Compare(const PatchFile& file, std::span<const ReferencePoint> points) {

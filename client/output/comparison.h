@@ -50,6 +50,23 @@ struct ComparisonOptions {
 Result<Comparison> Compare(const PatchFile& a, const PatchFile& b,
                            const ComparisonOptions& options);
 
+// Of a spectral band, as of all light; what is expected of it is its mean irradiance.
+struct BandComparison {
+  double l1_relative = 0, rms_relative = 0, max_relative = 0;
+  bool dark = false;  // in the better one: then these are 0
+};
+struct BandsComparison {
+  double l1_relative = 0;  // of all bands together: e and h are sums over them
+  std::vector<BandComparison> bands;
+};
+
+// Whether both have the same spectral bands.
+bool HaveSameBands(const PatchFile& a, const PatchFile& b);
+
+// As Compare, at the same points, of two solutions with the same bands.
+Result<BandsComparison> CompareBands(const PatchFile& a, const PatchFile& b,
+                                     const ComparisonOptions& options);
+
 // Of `file` from what is known at points, which are taken for uniform over the surfaces. A point on
 // no face counts as dark.
 Result<Comparison> Compare(const PatchFile& file, std::span<const ReferencePoint> points);

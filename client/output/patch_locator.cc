@@ -163,11 +163,30 @@ Vec3 AreaVector(std::span<const Vec3> corners) {
   return 0.5 * sum;
 }
 
+namespace {
+
+std::vector<double> WeightsAt(const PatchFile& file, uint32_t face, const Vec3& point) {
+  std::vector<double> weights(file.faces[face].vertices.size());
+  MeanValueWeights(CornersOf(file, file.faces[face]), point, weights);
+  return weights;
+}
+
+}  // namespace
+
+std::vector<double> BandIrradianceAt(const PatchFile& file, uint32_t face, const Vec3& point) {
+  const std::vector<uint32_t>& vertices = file.faces[face].vertices;
+  const std::vector<double> weights = WeightsAt(file, face, point);
+  std::vector<double> sums(file.bands.size(), 0.0);
+  for (size_t k = 0; k < vertices.size(); ++k) {
+    const std::span<const float> h = file.vertex_bands.Irradiance(vertices[k], sums.size());
+    for (size_t b = 0; b < sums.size(); ++b) sums[b] += weights[k] * h[b];
+  }
+  return sums;
+}
+
 Rgb IrradianceAt(const PatchFile& file, uint32_t face, const Vec3& point) {
   const std::vector<uint32_t>& vertices = file.faces[face].vertices;
-  const std::vector<Vec3> corners = CornersOf(file, file.faces[face]);
-  std::vector<double> weights(vertices.size());
-  MeanValueWeights(corners, point, weights);
+  const std::vector<double> weights = WeightsAt(file, face, point);
   Rgb sum(0.0);
   for (size_t k = 0; k < vertices.size(); ++k) {
     const std::array<float, 3>& h = file.vertices[vertices[k]].irradiance;

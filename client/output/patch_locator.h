@@ -23,6 +23,8 @@ Vec3 AreaVector(std::span<const Vec3> corners);
 
 // W/m², from the face's vertices by mean value coordinates.
 Rgb IrradianceAt(const PatchFile& file, uint32_t face, const Vec3& point);
+// The same in each spectral band.
+std::vector<double> BandIrradianceAt(const PatchFile& file, uint32_t face, const Vec3& point);
 
 class PatchLocator {
  public:

@@ -56,6 +56,40 @@ TEST(Compare, SurfacesOfOneOnlyAreDarkInTheOther) {
   EXPECT_GT(result->unmatched, 0U);
 }
 
+// Two bands of which the first is off by 1 of 4, the second by x of 8, and the third dark.
+TEST(Compare, TellsBandsApart) {
+  const auto with_bands = [](int parts, double first, double slope) {
+    PatchFile file = Strips(parts, [](double) { return 12; });
+    file.bands = {{400, 490}, {490, 580}, {580, 700}};
+    for (const PatchVertex& v : file.vertices) {
+      const auto second = static_cast<float>(8 + slope * v.position.x);
+      const float irradiance[] = {static_cast<float>(first), second, 0};
+      for (const float radiosity : {0.0F, 0.0F, 0.0F}) {
+        file.vertex_bands.values.push_back(radiosity);
+      }
+      for (const float h : irradiance) file.vertex_bands.values.push_back(h);
+    }
+    return file;
+  };
+  const PatchFile a = with_bands(3, 5, 1), b = with_bands(5, 4, 0);
+  ASSERT_TRUE(HaveSameBands(a, b));
+  const auto result = CompareBands(a, b, {.samples = 1 << 14});
+  ASSERT_TRUE(result.has_value());
+  EXPECT_NEAR(result->l1_relative, (1 + 2) / 12.0, 1e-3);
+  ASSERT_EQ(result->bands.size(), 3U);
+  EXPECT_NEAR(result->bands[0].l1_relative, 0.25, 1e-6);
+  EXPECT_NEAR(result->bands[0].max_relative, 0.25, 1e-6);
+  EXPECT_NEAR(result->bands[1].l1_relative, 0.25, 1e-3);
+  EXPECT_NEAR(result->bands[1].rms_relative, std::sqrt(16 / 3.0) / 8, 1e-3);
+  EXPECT_NEAR(result->bands[1].max_relative, 0.5, 1e-3);
+  EXPECT_TRUE(result->bands[2].dark);
+  EXPECT_FALSE(CompareBands(a, with_bands(2, 0, -8), {.samples = 0}).has_value());
+  PatchFile other = b;
+  other.bands[0].low_nm = 410;
+  EXPECT_FALSE(HaveSameBands(a, other));
+  EXPECT_FALSE(HaveSameBands(Strips(1, [](double) { return 1; }), b));
+}
+
 TEST(Compare, TellsSidesApart) {
   PatchFile a = Strips(2, [](double) { return 1; }), b = a;
   for (PatchFace& face : a.faces) face.side = 1;
