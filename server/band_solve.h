@@ -23,6 +23,7 @@ struct BandsInput {
   const EffectsPlan& plan;
   const OutputMeshOptions& output;  // of the mesh
   double accuracy;                  // asked for
+  std::array<double, 3> emitted_w;  // of the last round, what is reradiated included
 };
 
 // As it goes on: which group, from 0, and matrix products or output elements of it so far.

@@ -192,7 +192,7 @@ Result<PatchFile> JobRunner::Impl::MakeOutput() {
   Tell(JobProgress::Stage::kGathering);
   GatherWaves waves(*crew, output.accuracy, limits.gather_batch);
   UnseenLight unseen;
-  if (effects.plan.interreflection || !output.sheets.empty() || !output.fluorescence.empty()) {
+  if (HasGatheredSources(effects.plan, output)) {
     ASSIGN_OR_RETURN(unseen, GatherSources(*crew, hierarchy, snapshot, output, waves));
   }
   const auto gather = [&](const std::vector<NodeId>& elements,
@@ -203,13 +203,16 @@ Result<PatchFile> JobRunner::Impl::MakeOutput() {
   };
   ASSIGN_OR_RETURN(OutputMesh mesh, BuildOutputMesh(hierarchy, snapshot, output, gather));
   SolveSummary done = summary;
+  RoundSummary& last = done.rounds.back();
+  AddOutputErrors(mesh.interpolation_error, unseen, &last);
   if (effects.plan.bands) {
     const auto news = [&](uint32_t group, uint32_t products, uint64_t gathered) {
       Tell(JobProgress::Stage::kBands, products, gathered, group + 1);
     };
-    RETURN_IF_ERROR(SolveBands(*crew, assignment,
-                               {hierarchy, snapshot, effects.plan, output, input.options.accuracy},
-                               waves, news, &mesh, &done));
+    RETURN_IF_ERROR(SolveBands(
+        *crew, assignment,
+        {hierarchy, snapshot, effects.plan, output, input.options.accuracy, last.emitted_w}, waves,
+        news, &mesh, &done));
   }
   summary = std::move(done);
   summary.gather_s = SecondsSince(start);
@@ -218,7 +221,6 @@ Result<PatchFile> JobRunner::Impl::MakeOutput() {
   summary.rays = waves.rays();
   for (const RoundSummary& row : summary.rounds) summary.rays += row.rays;
   summary.costs = TotalCosts(summary.rounds, waves.costs());
-  AddOutputErrors(hierarchy, mesh.interpolation_error, unseen, &summary.rounds.back());
   return std::move(mesh.patch);
 }
 

@@ -173,11 +173,13 @@ void AddBands(const std::vector<BandGroupSummary>& groups, Comments* comments) {
     line.Add("bands", fmt::format("{}-{}", band + 1, band + group.bands.size()))
         .Add("channels", group.channels)
         .Add("error", group.error_estimate)
+        .Add("unseen", group.error_unseen)
         .Add("irradiance_w", group.irradiance_w)
         .Add("iterations", group.iterations)
         .Add("residual", group.residual)
         .Add("imbalance", group.energy_imbalance)
         .AddSeconds("seconds", group.seconds);
+    if (group.error_handed_on > 0) line.Add("handed_on", group.error_handed_on);
     comments->emplace_back("band_group", fmt::format("{} {}", ++number, line.text()));
     for (const BandSummary& of_band : group.bands) {
       Figures powers;
@@ -298,12 +300,10 @@ EffectCosts TotalCosts(std::span<const RoundSummary> rounds, const EffectCosts& 
   return total;
 }
 
-void AddOutputErrors(const Hierarchy& hierarchy, double interpolation_error,
-                     const UnseenLight& unseen, RoundSummary* last) {
+void AddOutputErrors(double interpolation_error, const UnseenLight& unseen, RoundSummary* last) {
   last->error_interpolation = interpolation_error;
   last->error_unseen = unseen.error;
-  last->unseen_polygon =
-      hierarchy.scene().polygons[hierarchy.surfaces()[unseen.surface].polygon].file_polygon;
+  last->unseen_polygon = unseen.polygon;
   last->error_estimate = std::hypot(last->error_estimate, interpolation_error, unseen.error);
 }
 

@@ -34,8 +34,7 @@ EffectCosts TotalCosts(std::span<const RoundSummary> rounds, const EffectCosts& 
 
 // What the output showed, into the row of the last round and its estimate: what interpolation
 // leaves, and light that the links missed.
-void AddOutputErrors(const Hierarchy& hierarchy, double interpolation_error,
-                     const UnseenLight& unseen, RoundSummary* last);
+void AddOutputErrors(double interpolation_error, const UnseenLight& unseen, RoundSummary* last);
 
 // What was asked of a job.
 struct Asked {

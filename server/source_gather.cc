@@ -30,6 +30,10 @@ Rgb ReflectingArea(const Hierarchy& hierarchy, const OutputMeshOptions& output,
 
 }  // namespace
 
+bool HasGatheredSources(const EffectsPlan& plan, const OutputMeshOptions& output) {
+  return plan.interreflection || !output.sheets.empty() || !output.fluorescence.empty();
+}
+
 std::vector<uint32_t> LeavesThatReflectMost(const Hierarchy& hierarchy, const Snapshot& snapshot,
                                             const OutputMeshOptions& output) {
   std::vector<double> reflected_w;
@@ -104,9 +108,10 @@ UnseenLight FindUnseenLight(const Hierarchy& hierarchy, const OutputMeshOptions&
   UnseenLight unseen;
   if (!(all_w > 0) || !(unseen_w > 0)) return unseen;
   unseen.error = kErrorOfUnseen * unseen_w / all_w;
-  unseen.surface = std::ranges::max_element(surfaces_w, {}, [](const auto& surface) {
-                     return std::abs(surface.second);
-                   })->first;
+  const uint32_t surface = std::ranges::max_element(surfaces_w, {}, [](const auto& of_surface) {
+                             return std::abs(of_surface.second);
+                           })->first;
+  unseen.polygon = hierarchy.scene().polygons[hierarchy.surfaces()[surface].polygon].file_polygon;
   return unseen;
 }
 

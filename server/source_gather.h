@@ -14,6 +14,9 @@
 
 namespace isolux {
 
+// Whether anything but what leaves emit is gathered from them.
+bool HasGatheredSources(const EffectsPlan& plan, const OutputMeshOptions& output);
+
 // Places in the snapshot, in order, of the leaves that reflect most: all but a tenth of the
 // accuracy of what all reflect. The rest may be most of all leaves. What sheets pass on and what is
 // reradiated counts as reflected.
@@ -33,7 +36,7 @@ void KeepReflectedPower(const Hierarchy& hierarchy, const OutputMeshOptions& out
 // solution is. Of the sum of a region, Σ d, what is beyond such chance is √((Σ d)² − Σ d²).
 struct UnseenLight {
   double error = 0;      // of the output, of its mean irradiance
-  uint32_t surface = 0;  // that has most of it
+  uint32_t polygon = 0;  // of the scene file, that has most of it
 };
 UnseenLight FindUnseenLight(const Hierarchy& hierarchy, const OutputMeshOptions& output,
                             const Snapshot& solution, std::span<const uint32_t> leaves,

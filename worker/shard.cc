@@ -67,7 +67,7 @@ Status Shard::Impl::TakeGroup(uint32_t group) {
   auto of_group = std::make_unique<const Scene>(SceneOfGroup(*scene, group));
   hierarchy.TakeOptics(*of_group);
   group_scene = std::move(of_group);
-  plan = PlanGroup(hierarchy, plan);
+  plan = PlanGroup(hierarchy, *scene, group, plan);
   sheets = TranslucentSheets(hierarchy, plan);
   fluorescence = Fluorescence(hierarchy, plan);
   tree.SetPassing(&sheets, &fluorescence);

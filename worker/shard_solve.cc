@@ -45,6 +45,9 @@ LeafSystem Shard::Impl::MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lan
     if (!fluorescence.empty()) leaves.reradiation.push_back(fluorescence.Of(s));
     start->push_back(lanes(record.irradiance));
     old_leaf->push_back(static_cast<uint32_t>(&record - snapshot.leaves.data()));
+    if (!snapshot.handed_on.empty()) {
+      leaves.exitance.back() += lanes(snapshot.handed_on[old_leaf->back()].radiosity);
+    }
   }
   return leaves;
 }

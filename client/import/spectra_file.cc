@@ -8,6 +8,7 @@ namespace isolux {
 namespace {
 
 constexpr double kMostExitance = 1e30;  // W/m²
+constexpr double kMostShare = 0.98;     // of what arrives
 
 Status ReadBands(const JsonElement& element, std::vector<Band>* bands) {
   const auto found = element.json.find("bands_nm");
@@ -56,15 +57,52 @@ Status ReadValues(const JsonElement& element, const char* key, size_t bands, dou
   return {};
 }
 
+// A row a band that light is taken from.
+Status ReadReradiation(const JsonElement& element, size_t bands, BandReradiation* reradiation) {
+  const auto found = element.json.find("reradiation");
+  if (found == element.json.end()) return {};
+  if (!found->is_array() || found->size() != bands) {
+    return element.Error("\"reradiation\" must be {} rows, one a band that light is taken from",
+                         bands);
+  }
+  std::vector<double> shares;
+  for (size_t from = 0; from < bands; ++from) {
+    const auto& row = (*found)[from];
+    const auto good = [](const nlohmann::json& value) {
+      return value.is_number() && value.get<double>() >= 0 && value.get<double>() <= kMostShare;
+    };
+    if (!row.is_array() || row.size() != bands || !std::ranges::all_of(row, good)) {
+      return element.Error(
+          "\"reradiation\": row {} must be {} numbers from 0 to {}, one a band "
+          "that light comes out in",
+          from + 1, bands, kMostShare);
+    }
+    for (size_t to = 0; to < bands; ++to) {
+      shares.push_back(row[to].get<double>());
+      if (to > from || shares.back() == 0) continue;
+      return element.Error(
+          "\"reradiation\": row {}: light comes out in longer bands alone; write 0 "
+          "in column {}",
+          from + 1, to + 1);
+    }
+  }
+  if (std::ranges::any_of(shares, [](double share) { return share > 0; })) {
+    *reradiation = {bands, std::move(shares)};
+  }
+  return {};
+}
+
 Result<Spectrum> ReadSpectrum(const JsonElement& element, size_t bands) {
-  RETURN_IF_ERROR(element.CheckKeys({"reflectance", "transmittance", "exitance_w_m2"}));
-  constexpr double kMostShare = 0.98;
+  RETURN_IF_ERROR(
+      element.CheckKeys({"reflectance", "transmittance", "exitance_w_m2", "reradiation"}));
   Spectrum spectrum;
   RETURN_IF_ERROR(ReadValues(element, "reflectance", bands, kMostShare, &spectrum.reflectance));
   RETURN_IF_ERROR(ReadValues(element, "transmittance", bands, kMostShare, &spectrum.transmittance));
   RETURN_IF_ERROR(ReadValues(element, "exitance_w_m2", bands, kMostExitance, &spectrum.exitance));
+  RETURN_IF_ERROR(ReadReradiation(element, bands, &spectrum.reradiation));
   if (spectrum.exists()) return spectrum;
-  return element.Error("no spectrum; give reflectance, transmittance or exitance_w_m2");
+  return element.Error(
+      "no spectrum; give reflectance, transmittance, exitance_w_m2 or reradiation above 0");
 }
 
 // Light of a channel without bands is no light of the scene.
@@ -111,6 +149,39 @@ void SetChannels(const std::vector<Band>& bands, Material* material) {
     if (!spectrum.exitance.empty()) exitance = SumOfChannel(bands, spectrum.exitance, c);
     if (!HasBands(bands, c)) exitance = 0;
   }
+  if (!spectrum.reradiation.exists()) return;
+  // What changes its band, but not its channel, counts as reflected by the channel.
+  material->reradiation = spectrum.reradiation.BetweenChannels(bands);
+  if (material->reflectance_map.texture != kNoTexture) return;
+  for (int c = 0; c < 3; ++c) {
+    material->reflectance[c] += spectrum.reradiation.WithinChannel(bands, c);
+  }
+}
+
+// Before anything counts as reflected by the channels that is not.
+void SpellOutReflectance(const std::vector<Band>& bands, Material* material) {
+  Spectrum& spectrum = material->spectrum;
+  const bool map = material->reflectance_map.texture != kNoTexture;
+  if (!spectrum.reradiation.exists() || !spectrum.reflectance.empty() || map) return;
+  for (const Band& band : bands) {
+    spectrum.reflectance.push_back(material->reflectance[band.channel()]);
+  }
+}
+
+// Where a material is fluorescent.
+Status CheckGivenBack(const FileSpectrum& named, const FileMaterial& from, const Scene& scene,
+                      const Material& material) {
+  if (!named.spectrum.reradiation.exists()) return {};
+  for (size_t b = 0; b < scene.bands.size(); ++b) {
+    const double back = GivenBack(scene, material, b);
+    if (back <= kMostShare) continue;
+    return MakeStatus(StatusCode::kInvalidArgument,
+                      "{}: of band {} ({} to {} nm) it reflects, passes on and reradiates {:.3g}; "
+                      "lower these to {} together ({})",
+                      named.where, b + 1, scene.bands[b].low_nm, scene.bands[b].high_nm, back,
+                      kMostShare, from.where);
+  }
+  return {};
 }
 
 }  // namespace
@@ -141,7 +212,9 @@ Status ApplySpectra(const SceneFile& file, Scene* scene) {
     for (size_t m = 0; m < file.materials.size(); ++m) {
       if (file.materials[m].name != named.material) continue;
       RETURN_IF_ERROR(CheckNamed(named, file.materials[m]));
-      scene->materials[m].spectrum = named.spectrum;
+      Material& material = scene->materials[m];
+      material.spectrum = named.spectrum;
+      RETURN_IF_ERROR(CheckGivenBack(named, file.materials[m], *scene, material));
       found = true;
     }
     if (found) continue;
@@ -150,12 +223,13 @@ Status ApplySpectra(const SceneFile& file, Scene* scene) {
                       named.where, named.material);
   }
   for (Material& material : scene->materials) {
-    if (material.reradiation.exists()) {
+    if (material.reradiation.exists() && !material.spectrum.reradiation.exists()) {
       return MakeStatus(StatusCode::kInvalidArgument,
                         "material '{}': Fl is between three channels, and the scene has spectra; "
-                        "take Fl or the spectra out",
+                        "give it \"reradiation\" there, or take Fl or the spectra out",
                         material.name);
     }
+    SpellOutReflectance(scene->bands, &material);
     SetChannels(scene->bands, &material);
   }
   return {};

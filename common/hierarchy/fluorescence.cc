@@ -3,12 +3,26 @@
 #include <algorithm>
 
 namespace isolux {
+namespace {
 
-Reradiation ReradiationOf(const Scene& scene, const Surface& surface) {
+// The side's material, or null where it does not take part.
+const Material* MaterialOf(const Scene& scene, const Surface& surface) {
   const Polygon& polygon = scene.polygons[surface.polygon];
   const uint8_t takes_part = surface.side == Side::kFront ? kFrontTakesPart : kBackTakesPart;
-  return (polygon.sides & takes_part) != 0 ? scene.materials[polygon.material].reradiation
-                                           : Reradiation();
+  return (polygon.sides & takes_part) != 0 ? &scene.materials[polygon.material] : nullptr;
+}
+
+}  // namespace
+
+Reradiation ReradiationOf(const Scene& scene, const Surface& surface) {
+  const Material* material = MaterialOf(scene, surface);
+  return material != nullptr ? material->reradiation : Reradiation();
+}
+
+const BandReradiation& BandReradiationOf(const Scene& scene, const Surface& surface) {
+  static const BandReradiation kNone;
+  const Material* material = MaterialOf(scene, surface);
+  return material != nullptr ? material->spectrum.reradiation : kNone;
 }
 
 Fluorescence::Fluorescence(const Hierarchy& hierarchy, const EffectsPlan& plan) {

@@ -27,5 +27,7 @@ class Fluorescence {
 
 // Of a side: none where it does not take part.
 Reradiation ReradiationOf(const Scene& scene, const Surface& surface);
+// The same between spectral bands, of a scene that has them.
+const BandReradiation& BandReradiationOf(const Scene& scene, const Surface& surface);
 
 }  // namespace isolux

@@ -10,14 +10,9 @@
 
 namespace isolux {
 
-struct PassedLight {
-  Rgb radiosity{0.0};  // W/m²
-  double spread = 0;   // its range within the leaf, W/m²
-};
-
-// By leaf. Empty where there are no sheets and nothing fluoresces; either may be null.
-std::vector<PassedLight> PassedLightOf(const std::vector<LeafRecord>& leaves,
-                                       const TranslucentSheets* sheets,
+// By leaf. Empty where there are no sheets and nothing fluoresces, between bands either; either
+// may be null.
+std::vector<PassedLight> PassedLightOf(const Snapshot& snapshot, const TranslucentSheets* sheets,
                                        const Fluorescence* fluorescence);
 
 }  // namespace isolux

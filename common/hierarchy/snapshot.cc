@@ -9,6 +9,7 @@ namespace {
 constexpr uint32_t kMagic = 0x53584c49;  // "ILXS"
 constexpr size_t kHeaderBytes = 4 + 4 + 8 + 8;
 constexpr size_t kLeafBytes = 4 + 8 + 3 * 8 + 6 * 4;
+constexpr size_t kHandedOnBytes = 4 * 8;  // of a leaf, behind all leaves
 
 template <typename T>
 void Put(char*& out, const T& value) {
@@ -53,7 +54,9 @@ Status CheckCover(const std::vector<LeafRecord>& leaves, uint32_t surface_count)
 }  // namespace
 
 std::string Encode(const Snapshot& snapshot) {
-  std::string bytes(kHeaderBytes + kLeafBytes * snapshot.leaves.size(), '\0');
+  std::string bytes(kHeaderBytes + kLeafBytes * snapshot.leaves.size() +
+                        kHandedOnBytes * snapshot.handed_on.size(),
+                    '\0');
   char* out = bytes.data();
   Put(out, kMagic);
   Put(out, snapshot.round);
@@ -70,6 +73,10 @@ std::string Encode(const Snapshot& snapshot) {
     Put(out, leaf.escape);
     Put(out, leaf.doubt);
   }
+  for (const PassedLight& light : snapshot.handed_on) {
+    for (int c = 0; c < 3; ++c) Put(out, light.radiosity[c]);
+    Put(out, light.spread);
+  }
   return bytes;
 }
 
@@ -81,7 +88,11 @@ Result<Snapshot> DecodeSnapshot(const std::string& bytes) {
   snapshot.round = Take<uint32_t>(in);
   snapshot.epsilon = Take<double>(in);
   const auto count = Take<uint64_t>(in);
-  if (count > bytes.size() || bytes.size() != kHeaderBytes + kLeafBytes * count) {
+  const auto size_is = [&](size_t leaf_bytes) {
+    return count <= bytes.size() && bytes.size() == kHeaderBytes + leaf_bytes * count;
+  };
+  const bool handed_on = count > 0 && size_is(kLeafBytes + kHandedOnBytes);
+  if (!handed_on && !size_is(kLeafBytes)) {
     return Error(StatusCode::kDataLoss, "snapshot: {} bytes do not hold {} leaves", bytes.size(),
                  count);
   }
@@ -100,6 +111,11 @@ Result<Snapshot> DecodeSnapshot(const std::string& bytes) {
       return Error(StatusCode::kDataLoss, "snapshot: no element has the id {}:{}", leaf.id.surface,
                    leaf.id.path);
     }
+  }
+  if (handed_on) snapshot.handed_on.resize(count);
+  for (PassedLight& light : snapshot.handed_on) {
+    for (int c = 0; c < 3; ++c) light.radiosity[c] = Take<double>(in);
+    light.spread = Take<double>(in);
   }
   const auto out_of_order = [](const LeafRecord& a, const LeafRecord& b) { return !(a.id < b.id); };
   if (std::adjacent_find(snapshot.leaves.begin(), snapshot.leaves.end(), out_of_order) !=

@@ -9,6 +9,7 @@
 
 #include "common/hierarchy/node_id.h"
 #include "common/util/status.h"
+#include "common/vec.h"
 
 namespace isolux {
 
@@ -25,10 +26,21 @@ struct LeafRecord {
   bool operator==(const LeafRecord&) const = default;
 };
 
+// What a leaf radiates beyond E + ρH.
+struct PassedLight {
+  Rgb radiosity{0.0};  // W/m²
+  double spread = 0;   // its range within the leaf, W/m²
+
+  bool operator==(const PassedLight&) const = default;
+};
+
 struct Snapshot {
   uint32_t round = 0;              // 0: before the first round
   double epsilon = 0;              // threshold of that round, W
   std::vector<LeafRecord> leaves;  // by NodeId, every surface covered exactly once
+  // Of a group of spectral bands: what each leaf gives out of light that groups before it took.
+  // Empty: nothing.
+  std::vector<PassedLight> handed_on;
 
   bool operator==(const Snapshot&) const = default;
 };
@@ -38,7 +50,7 @@ std::string Encode(const Snapshot& snapshot);
 Result<Snapshot> DecodeSnapshot(const std::string& bytes);
 
 // Joins what the workers hand in (each the leaves below its cut nodes, in order) into one.
-// Fails where a surface is covered twice or not at all.
+// Fails where a surface is covered twice or not at all. Leaves what is handed on out.
 Result<Snapshot> MergeSnapshots(std::vector<Snapshot> parts, uint32_t surface_count);
 
 }  // namespace isolux

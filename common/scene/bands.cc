@@ -9,6 +9,8 @@ namespace isolux {
 namespace {
 
 constexpr double kShortestNm = 1, kLongestNm = 1e6;
+// Beside the bits of the three spectra: what a material's bytes have.
+constexpr uint8_t kHasReradiation = 8;
 
 // What stands in the channels of a group.
 class Group {
@@ -51,13 +53,14 @@ class Group {
   std::array<bool, 3> lit_{};
 };
 
-Material InGroup(const Material& material, const Group& group) {
+Material InGroup(const Material& material, const Group& group, uint32_t number) {
   Material result = material;
   const Spectrum& spectrum = material.spectrum;
   result.spectrum = {};
   result.reflectance = group.Shares(material.reflectance, spectrum.reflectance);
   result.transmittance = group.Shares(material.transmittance, spectrum.transmittance);
   result.exitance = group.Light(material.exitance, spectrum.exitance);
+  result.reradiation = spectrum.reradiation.WithinGroup(number);
   return result;
 }
 
@@ -71,6 +74,56 @@ void PutInGroup(const Group& group, std::vector<float>* texels, bool light) {
   }
 }
 
+Status CheckSpectrum(const Material& material, size_t bands) {
+  const Spectrum& spectrum = material.spectrum;
+  for (const auto* values : {&spectrum.reflectance, &spectrum.transmittance, &spectrum.exitance}) {
+    if (values->empty() || values->size() == bands) continue;
+    return MakeStatus(StatusCode::kInvalidArgument,
+                      "material '{}': a spectrum of {} numbers for {} bands; give one a band",
+                      material.name, values->size(), bands);
+  }
+  const bool maps =
+      (!spectrum.reflectance.empty() && material.reflectance_map.texture != kNoTexture) ||
+      (!spectrum.exitance.empty() && material.exitance_map.texture != kNoTexture);
+  if (!maps) return {};
+  return MakeStatus(StatusCode::kInvalidArgument,
+                    "material '{}': both a map and a spectrum; take one of them out",
+                    material.name);
+}
+
+Status CheckReradiation(const Scene& scene, const Material& material) {
+  const BandReradiation& reradiation = material.spectrum.reradiation;
+  const auto fail = [&](const std::string& what) {
+    return MakeStatus(StatusCode::kInvalidArgument, "material '{}': {}", material.name, what);
+  };
+  if (!reradiation.exists()) {
+    if (scene.bands.empty() || !material.reradiation.exists()) return {};
+    return fail(
+        "fluorescence between channels in a scene with spectra; take Fl or the spectra out");
+  }
+  const size_t n = scene.bands.size();
+  if (reradiation.bands != n || reradiation.shares.size() != n * n) {
+    return fail(fmt::format("its reradiation is between {} bands, not {}", reradiation.bands, n));
+  }
+  for (size_t from = 0; from < n; ++from) {
+    for (size_t to = 0; to < n; ++to) {
+      const double share = reradiation.Share(from, to);
+      if (share >= 0 && share <= 1 && (share == 0 || to > from)) continue;
+      return fail(
+          fmt::format("of band {} {} comes out in band {}: give shares of what comes out "
+                      "in longer bands",
+                      from + 1, share, to + 1));
+    }
+    const double back = GivenBack(scene, material, from);
+    if (back < 1) continue;
+    return fail(
+        fmt::format("of band {} it reflects, passes on and reradiates {}; lower that below "
+                    "1 together",
+                    from + 1, back));
+  }
+  return {};
+}
+
 std::vector<double> GetNumbers(ByteReader& in, size_t count) {
   std::vector<double> numbers(count);
   for (double& number : numbers) number = in.Get<double>();
@@ -78,6 +131,18 @@ std::vector<double> GetNumbers(ByteReader& in, size_t count) {
 }
 
 }  // namespace
+
+double GivenBack(const Scene& scene, const Material& material, size_t band) {
+  const Spectrum& spectrum = material.spectrum;
+  const int c = scene.bands[band].channel();
+  const uint32_t map = material.reflectance_map.texture;
+  double reflected = material.reflectance[c];
+  if (map < scene.textures.size()) reflected *= LargestTexel(scene.textures[map])[c];
+  if (!spectrum.reflectance.empty()) reflected = spectrum.reflectance[band];
+  const double passed =
+      spectrum.transmittance.empty() ? material.transmittance[c] : spectrum.transmittance[band];
+  return reflected + material.specular + passed + spectrum.reradiation.Taken(band);
+}
 
 double ShareOfChannel(std::span<const Band> bands, uint32_t band) {
   double whole_nm = 0;
@@ -116,14 +181,14 @@ uint32_t BandInChannel(size_t bands, uint32_t group, int channel) {
 }
 
 Material MaterialOfGroup(const Scene& scene, const Material& material, uint32_t group) {
-  return InGroup(material, Group(scene.bands, group));
+  return InGroup(material, Group(scene.bands, group), group);
 }
 
 Scene SceneOfGroup(const Scene& scene, uint32_t number) {
   const Group group(scene.bands, number);
   Scene result = scene;
   result.bands.clear();
-  for (Material& material : result.materials) material = InGroup(material, group);
+  for (Material& material : result.materials) material = InGroup(material, group, number);
   for (Texture& texture : result.textures) PutInGroup(group, &texture.texels, false);
   for (Light& light : result.lights) light.intensity = group.Light(light.intensity);
   std::erase_if(result.lights, [](const Light& light) { return !(Sum(light.intensity) > 0); });
@@ -153,28 +218,8 @@ Status CheckBands(const Scene& scene) {
     last_nm = band.high_nm;
   }
   for (const Material& material : scene.materials) {
-    const Spectrum& spectrum = material.spectrum;
-    for (const auto* values :
-         {&spectrum.reflectance, &spectrum.transmittance, &spectrum.exitance}) {
-      if (values->empty() || values->size() == bands.size()) continue;
-      return MakeStatus(StatusCode::kInvalidArgument,
-                        "material '{}': a spectrum of {} numbers for {} bands; give one a band",
-                        material.name, values->size(), bands.size());
-    }
-    const bool maps =
-        (!spectrum.reflectance.empty() && material.reflectance_map.texture != kNoTexture) ||
-        (!spectrum.exitance.empty() && material.exitance_map.texture != kNoTexture);
-    if (maps) {
-      return MakeStatus(StatusCode::kInvalidArgument,
-                        "material '{}': both a map and a spectrum; take one of them out",
-                        material.name);
-    }
-    if (!bands.empty() && material.reradiation.exists()) {
-      return MakeStatus(StatusCode::kInvalidArgument,
-                        "material '{}': fluorescence between channels in a scene with spectra; "
-                        "take Fl or the spectra out",
-                        material.name);
-    }
+    RETURN_IF_ERROR(CheckSpectrum(material, bands.size()));
+    RETURN_IF_ERROR(CheckReradiation(scene, material));
   }
   return {};
 }
@@ -194,10 +239,12 @@ void PutBands(ByteWriter& out, const Scene& scene) {
                                           &spectrum.exitance};
     uint8_t has = 0;
     for (int i = 0; i < 3; ++i) has |= static_cast<uint8_t>(parts[i]->empty() ? 0 : 1 << i);
+    if (spectrum.reradiation.exists()) has |= kHasReradiation;
     out.Put(has);
     for (const auto* part : parts) {
       for (const double number : *part) out.Put(number + 0.0);
     }
+    PutShares(out, spectrum.reradiation);
   }
 }
 
@@ -214,11 +261,12 @@ Status TakeBands(ByteReader& in, Scene* scene) {
   }
   for (Material& material : scene->materials) {
     const auto has = in.Get<uint8_t>();
-    if (!in.ok() || has > 7) return missing();
+    if (!in.ok() || has >= 2 * kHasReradiation) return missing();
     Spectrum& spectrum = material.spectrum;
     if ((has & 1) != 0) spectrum.reflectance = GetNumbers(in, count);
     if ((has & 2) != 0) spectrum.transmittance = GetNumbers(in, count);
     if ((has & 4) != 0) spectrum.exitance = GetNumbers(in, count);
+    if ((has & kHasReradiation) != 0) spectrum.reradiation = TakeShares(in, count);
   }
   return in.ok() ? CheckBands(*scene) : missing();
 }

@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "common/scene/band_reradiation.h"
 #include "common/util/bytes.h"
 #include "common/util/status.h"
 #include "common/vec.h"
@@ -39,9 +40,11 @@ struct Band {
 struct Spectrum {
   std::vector<double> reflectance, transmittance;
   std::vector<double> exitance;  // W/m²
+  BandReradiation reradiation{};
 
   bool exists() const {
-    return !reflectance.empty() || !transmittance.empty() || !exitance.empty();
+    return !reflectance.empty() || !transmittance.empty() || !exitance.empty() ||
+           reradiation.exists();
   }
   bool operator==(const Spectrum&) const = default;
 };
@@ -71,7 +74,11 @@ uint32_t BandInChannel(size_t bands, uint32_t group, int channel);
 Scene SceneOfGroup(const Scene& scene, uint32_t group);
 Material MaterialOfGroup(const Scene& scene, const Material& material, uint32_t group);
 
-// Whether bands are ascending and disjoint, and each spectrum has a number for each.
+// What of a band a material reflects, passes on and reradiates at most, where its map is brightest.
+double GivenBack(const Scene& scene, const Material& material, size_t band);
+
+// Whether bands are ascending and disjoint, each spectrum has a number for each, and no surface
+// gives more back of a band than arrives in it.
 Status CheckBands(const Scene& scene);
 
 // What of a scene's bytes tells of bands and spectra: behind all else, and only where there are

@@ -103,9 +103,14 @@ struct BandSummary {
 struct BandGroupSummary {
   std::vector<BandSummary> bands;  // from short to long
   double error_estimate = 0;       // mean |ΔH| / mean H of its bands together
-  double irradiance_w = 0;         // ∫ H dA, over its bands
-  uint32_t channels = 0;           // that it took: 1, where its bands differ in nothing, or 3
-  uint32_t iterations = 0;         // matrix products
+  // The parts of it that the solution before the gather does not have: what of the error of groups
+  // before comes with the light that fluorescence hands on, and light that links missed and the
+  // gather found, most of it about `unseen_polygon` of the scene file.
+  double error_handed_on = 0, error_unseen = 0;
+  uint32_t unseen_polygon = 0;
+  double irradiance_w = 0;  // ∫ H dA, over its bands
+  uint32_t channels = 0;    // that it took: 1, where its bands differ in nothing, or 3
+  uint32_t iterations = 0;  // matrix products
   double residual = 0, energy_imbalance = 0;  // as of a round
   double seconds = 0;                         // wall, gather included
 };

@@ -76,7 +76,7 @@ class Tree {
   }
   // What leaves of a snapshot radiate beyond E + ρH; empty where they never do.
   std::vector<PassedLight> PassedLightOf(const Snapshot& snapshot) const {
-    return isolux::PassedLightOf(snapshot.leaves, sheets_, fluorescence_);
+    return isolux::PassedLightOf(snapshot, sheets_, fluorescence_);
   }
 
   uint32_t SurfaceIndex(uint32_t surface) const { return cluster_count_ + surface; }

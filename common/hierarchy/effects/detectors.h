@@ -59,13 +59,12 @@ Effect DetectReplacedGlass(const Scene& scene);
 // The light of all lamps as one colour times one number, for a plan of one channel.
 void SetLightColour(const Hierarchy& hierarchy, EffectsPlan* plan);
 
-// Largest component of any reflectance.
-double LargestReflectance(const Hierarchy& hierarchy);
-// The same of what surfaces do with light in several ways together.
+// What surfaces do with light in several ways together: the largest component of any, of channels
+// or of spectral bands.
 struct Shares {
   bool reflected = false;
   bool passed = false;      // by sheets
-  bool reradiated = false;  // in other channels, of what arrives in this one
+  bool reradiated = false;  // in others, of what arrives in one
 };
 double LargestShare(const Hierarchy& hierarchy, const Shares& shares);
 // Of all three.

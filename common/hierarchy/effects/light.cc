@@ -4,16 +4,6 @@
 
 namespace isolux {
 
-double LargestReflectance(const Hierarchy& hierarchy) {
-  double largest = 0;
-  for (const Surface& s : hierarchy.surfaces()) {
-    largest = std::max({largest, s.reflectance.x, s.reflectance.y, s.reflectance.z});
-    if (hierarchy.maps().Varies(s.polygon))
-      largest = std::max(largest, hierarchy.maps().Largest(s));
-  }
-  return largest;
-}
-
 Effect DetectOcclusion(const Hierarchy& hierarchy) {
   const auto& lights = hierarchy.scene().lights;
   const bool from_outside =
@@ -36,7 +26,7 @@ Effect DetectOcclusion(const Hierarchy& hierarchy) {
 // Σ A(H − FE) ≤ Σ A ρH ≤ ρ_max Σ A H. What sheets pass on of that, and what is reradiated of it, is
 // missing too: all of it is at most 1/(1 − τ_max) times as much, τ both.
 Effect DetectInterreflection(const Hierarchy& hierarchy) {
-  const double rho = LargestReflectance(hierarchy);
+  const double rho = LargestShare(hierarchy, {.reflected = true});
   Effect effect{.name = "interreflection", .present = rho > 0};
   double area = 0, emitted = 0;
   for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {

@@ -115,6 +115,10 @@ Effect& Find(std::vector<Effect>& effects, std::string_view name) {
 bool IsToBeMeasured(const Scene& scene, bool mirrors, const EffectsChoice& choice,
                     const Effect& effect) {
   if (!effect.present || choice.on.contains(effect.name)) return false;
+  // The first round knows of channels alone, and what is measured there bounds nothing in bands of
+  // another light.
+  const auto has_spectrum = [](const Material& material) { return material.spectrum.exists(); };
+  if (std::ranges::any_of(scene.materials, has_spectrum)) return false;
   if (effect.name == "mirrors") {
     return effect.on || (effect.support == Support::kNotSimulated && effect.bound.has_value());
   }
@@ -214,11 +218,13 @@ bool NoteDecisions(const EffectsTable& table, std::vector<MeasuredEffect>* measu
   return any;
 }
 
-EffectsPlan PlanGroup(const Hierarchy& of_group, const EffectsPlan& plan) {
+EffectsPlan PlanGroup(const Hierarchy& of_group, const Scene& whole, uint32_t group,
+                      const EffectsPlan& plan) {
   EffectsPlan result = plan;
   result.bands = false;
   result.grey_error = 0;
-  result.channels = DetectChannels(of_group).present ? 3 : 1;
+  const bool handed = plan.fluorescence && IsHandedLight(whole, group);
+  result.channels = handed || DetectChannels(of_group).present ? 3 : 1;
   if (result.channels == 1) SetLightColour(of_group, &result);
   return result;
 }

@@ -36,8 +36,9 @@ EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const Effe
 // any effect is left out for it.
 bool NoteDecisions(const EffectsTable& table, std::vector<MeasuredEffect>* measured);
 
-// The plan for a group of a scene's bands (SceneOfGroup): that of the whole scene, in one channel
-// where the bands differ in nothing.
-EffectsPlan PlanGroup(const Hierarchy& of_group, const EffectsPlan& plan);
+// The plan for a group of a scene's bands: that of the whole scene, in one channel where the bands
+// differ in nothing. `of_group`: the hierarchy with the group's optics (SceneOfGroup).
+EffectsPlan PlanGroup(const Hierarchy& of_group, const Scene& whole, uint32_t group,
+                      const EffectsPlan& plan);
 
 }  // namespace isolux

@@ -32,6 +32,33 @@ double BoundOf(const Hierarchy& hierarchy, double largest, double passing_m2) {
   return std::min(largest, share) / rest;
 }
 
+// Of the bands in which a spectrum tells what the surface does; 0: none does.
+double LargestInBands(const Hierarchy& hierarchy, const Surface& surface, const Shares& shares) {
+  const Scene& scene = hierarchy.scene();
+  const Spectrum& spectrum = scene.materials[scene.polygons[surface.polygon].material].spectrum;
+  if (!spectrum.exists()) return 0;
+  const bool reflects = surface.reflectance != Rgb(0.0);
+  const Rgb passed = TransmittanceOf(hierarchy, surface);
+  const double brightest = hierarchy.maps().Varies(surface.polygon)
+                               ? hierarchy.maps().Largest(surface)
+                               : 0.0;
+  double largest = 0;
+  for (size_t b = 0; b < scene.bands.size(); ++b) {
+    const int c = scene.bands[b].channel();
+    double share = 0;
+    if (shares.reflected && reflects) {
+      share = spectrum.reflectance.empty() ? std::max(brightest, surface.reflectance[c])
+                                           : spectrum.reflectance[b];
+    }
+    if (shares.passed && passed != Rgb(0.0)) {
+      share += spectrum.transmittance.empty() ? passed[c] : spectrum.transmittance[b];
+    }
+    if (shares.reradiated) share += BandReradiationOf(scene, surface).Taken(b);
+    largest = std::max(largest, share);
+  }
+  return largest;
+}
+
 }  // namespace
 
 Rgb TransmittanceOf(const Hierarchy& hierarchy, const Surface& surface) {
@@ -43,6 +70,7 @@ Rgb TransmittanceOf(const Hierarchy& hierarchy, const Surface& surface) {
 double LargestShare(const Hierarchy& hierarchy, const Shares& shares) {
   double largest = 0;
   for (const Surface& surface : hierarchy.surfaces()) {
+    largest = std::max(largest, LargestInBands(hierarchy, surface, shares));
     Rgb other(0.0);
     if (shares.passed) other += TransmittanceOf(hierarchy, surface);
     if (shares.reradiated) other += ReradiationOf(hierarchy.scene(), surface).Taken();

@@ -131,6 +131,16 @@ TEST(OwnScenes, CardsDifferInBandsAlone) {
   EXPECT_LT(glm::length(off), 1e-9);
 }
 
+TEST(OwnScenes, CardsShineInLongerBandsThanTheLamp) {
+  const Scene scene = ImportOwn("effects/phosphor/phosphor.obj", "m");
+  ASSERT_EQ(scene.bands.size(), 6U);
+  const auto glows = [](const Material& m) { return m.spectrum.reradiation.exists(); };
+  EXPECT_EQ(std::ranges::count_if(scene.materials, glows), 4);
+  const Material red = *std::ranges::find(scene.materials, "red", &Material::name);
+  EXPECT_NEAR(red.spectrum.reradiation.Taken(0), 0.75, 1e-12);
+  EXPECT_GT(red.reradiation.blue_to_red, 0.7);
+}
+
 struct Expected {
   const char* name;
   uint32_t file_polygons;

@@ -21,6 +21,13 @@ constexpr char kGood[] = R"({"spectra": {
   "materials": {"wall": {"reflectance": [0.1, 0.4, 0.5, 0.6], "transmittance": 0.05},
                 "lamp": {"exitance_w_m2": [1, 2, 3, 4]}}}})";
 
+constexpr char kGlowing[] = R"({"spectra": {
+    "bands_nm": [[400, 450], [450, 490], [490, 580], [600, 700]],
+    "materials": {
+      "wall": {"reflectance": 0.2, "reradiation":
+        [[0, 0.1, 0.2, 0.05], [0, 0, 0.3, 0], [0, 0, 0, 0.4], [0, 0, 0, 0]]},
+      "plain": {"reradiation": [[0, 0.1, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]]}}}})";
+
 constexpr char kObject[] = R"(mtllib room.mtl
 v 0 0 0
 v 1 0 0
@@ -94,6 +101,23 @@ TEST_F(Spectra, BecomeBandsAndChannels) {
   EXPECT_FALSE(Find(*scene, "plain")->spectrum.exists());
 }
 
+TEST_F(Spectra, FluorescenceBecomesThatOfChannels) {
+  const auto scene = Import(kGlowing);
+  ASSERT_TRUE(scene.has_value()) << scene.error().message();
+  const Material* wall = Find(*scene, "wall");
+  EXPECT_EQ(wall->spectrum.reradiation.Share(0, 2), 0.2);
+  EXPECT_NEAR(wall->spectrum.reradiation.LargestTaken(), 0.4, 1e-15);
+  EXPECT_NEAR(wall->reradiation.blue_to_green, (50 * .2 + 40 * .3) / 90, 1e-15);
+  EXPECT_NEAR(wall->reradiation.blue_to_red, 50 * .05 / 90, 1e-15);
+  EXPECT_EQ(wall->reradiation.green_to_red, 0.4);
+  EXPECT_NEAR(wall->reflectance.z, .2 + 50 * .1 / 90, 1e-15);  // blue that stays blue
+  EXPECT_EQ(wall->reflectance.y, .2);
+  // A reflectance that is not given is what the file says, not what the channel hands on.
+  const Material* plain = Find(*scene, "plain");
+  EXPECT_EQ(plain->spectrum.reflectance, (std::vector<double>{.7, .7, .6, .5}));
+  EXPECT_NEAR(plain->reflectance.z, .7 + 50 * .1 / 90, 1e-15);
+}
+
 TEST_F(Spectra, LightOfAChannelWithoutBandsDoesNotCount) {
   const auto scene = Import(R"({"spectra": {"bands_nm": [[500, 560]]},
     "lights": [{"type": "point", "position": [1, 1, 1], "intensity": [1, 2, 3]}]})");
@@ -132,6 +156,21 @@ TEST_F(Spectra, ErrorsNameThePlaceAndTheRemedy) {
   const auto fluorescent = Import(spectra(bands), glowing);
   ASSERT_FALSE(fluorescent.has_value());
   EXPECT_THAT(fluorescent.error().message(), HasSubstr("take Fl or the spectra out"));
+  const std::string wall = R"("wall": {"reflectance": 0.5, "reradiation": )";
+  EXPECT_THAT(ErrorOf(materials(wall + "[[0, 0.2]]}")), HasSubstr("must be 2 rows"));
+  EXPECT_THAT(ErrorOf(materials(wall + "0.2}")), HasSubstr("must be 2 rows"));
+  EXPECT_THAT(ErrorOf(materials(wall + "[[0, 0.2], [0]]}")), HasSubstr("row 2 must be 2 numbers"));
+  EXPECT_THAT(ErrorOf(materials(wall + "[[0, -0.2], [0, 0]]}")), HasSubstr("from 0 to 0.98"));
+  EXPECT_THAT(ErrorOf(materials(wall + "[[0, 0.2], [0.1, 0]]}")),
+              HasSubstr("materials: wall: \"reradiation\": row 2: light comes out in longer bands "
+                        "alone; write 0 in column 1"));
+  EXPECT_THAT(ErrorOf(materials(wall + "[[0.1, 0.2], [0, 0]]}")), HasSubstr("column 1"));
+  EXPECT_THAT(ErrorOf(materials(wall + "[[0, 0.5], [0, 0]]}")),
+              HasSubstr("wall: of band 1 (400 to 500 nm) it reflects, passes on and reradiates 1; "
+                        "lower these to 0.98 together"));
+  // Of the reflectance of the file, too.
+  EXPECT_THAT(ErrorOf(materials(R"("wall": {"reradiation": [[0, 0.2], [0, 0]]})")),
+              HasSubstr("reradiates 1.1"));
 }
 
 TEST_F(Spectra, DamagedTextGivesAnErrorOrSpectra) {
@@ -140,7 +179,7 @@ TEST_F(Spectra, DamagedTextGivesAnErrorOrSpectra) {
   Random random(kSeed);
   int refused = 0;
   for (int trial = 0; trial < 4'000; ++trial) {
-    std::string text = kGood;
+    std::string text = trial % 2 == 0 ? kGood : kGlowing;
     for (uint64_t edits = 1 + random.Bits() % 3; edits > 0; --edits) {
       text[random.Bits() % text.size()] = "0123456789[]{},:.-\"e"[random.Bits() % 21];
     }

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "common/scene/scene.h"
 #include "common/util/random.h"
 #include "tests/support/scenes.h"
@@ -18,6 +20,8 @@ Scene FourBands() {
   Scene scene = testing::FurnaceCube(0.5, 1);
   scene.bands = {{400, 490}, {490, 510}, {510, 570}, {600, 700}};
   scene.materials[0].spectrum = {{.1, .2, .3, .4}, {.5, .4, .3, .2}, {}};
+  scene.materials[3].spectrum.reradiation = {
+      4, {0, .1, .2, .05, 0, 0, 0, .3, 0, 0, 0, .15, 0, 0, 0, 0}};
   scene.materials[2].spectrum.exitance = {1, 2, 3, 4};
   return scene;
 }
@@ -64,6 +68,26 @@ TEST(Bands, MakeGroupsOfThree) {
   EXPECT_EQ(second.materials[0].reflectance, Rgb(.4));
   EXPECT_EQ(second.materials[2].exitance, Rgb(0, 0, 4));
   EXPECT_EQ(second.materials[1].exitance, Rgb(0, 0, 8));
+}
+
+TEST(Bands, OfAGroupReradiateWithinIt) {
+  Scene scene = FourBands();
+  const Material first = MaterialOfGroup(scene, scene.materials[3], 0);
+  EXPECT_EQ(first.reradiation, (Reradiation{.1, .2, 0}));
+  EXPECT_FALSE(MaterialOfGroup(scene, scene.materials[3], 1).reradiation.exists());
+  EXPECT_FALSE(MaterialOfGroup(scene, scene.materials[0], 0).reradiation.exists());
+  EXPECT_FALSE(IsHandedLight(scene, 0));
+  EXPECT_TRUE(IsHandedLight(scene, 1));
+  BandReradiation& matrix = scene.materials[3].spectrum.reradiation;
+  EXPECT_NEAR(matrix.Taken(0), .35, 1e-15);
+  EXPECT_NEAR(matrix.LargestTaken(), .35, 1e-15);
+  EXPECT_NEAR(GivenBack(scene, scene.materials[3], 0), .5 + .35, 1e-15);
+  // Green, of two bands of 20 and 60 nm, to red.
+  EXPECT_NEAR(matrix.BetweenChannels(scene.bands).green_to_red, (20 * .3 + 60 * .15) / 80, 1e-15);
+  EXPECT_NEAR(matrix.BetweenChannels(scene.bands).blue_to_green, .3, 1e-15);
+  EXPECT_EQ(matrix.WithinChannel(scene.bands, 1), 0);
+  for (const size_t from : {0, 1, 2}) matrix.shares[4 * from + 3] = 0;
+  EXPECT_FALSE(IsHandedLight(scene, 1));
 }
 
 TEST(Bands, TakeLightsSkyGlassAndTexturesWithThem) {
@@ -155,6 +179,18 @@ TEST(SceneValidate, RefusesSpectraThatMakeNoSense) {
   scene = FourBands();
   scene.materials[1].reradiation.blue_to_red = 0.1;
   refused(scene, "take Fl or the spectra out");
+  scene = FourBands();
+  scene.materials[3].spectrum.reradiation.shares[4 * 2 + 1] = 0.1;
+  refused(scene,
+          "of band 3 0.1 comes out in band 2: give shares of what comes out in longer bands");
+  scene = FourBands();
+  scene.materials[3].spectrum.reradiation.shares[1] = 0.26;
+  refused(scene, "of band 1 it reflects, passes on and reradiates 1.01");
+  scene.materials[3].spectrum.reradiation.shares[1] = std::nan("");
+  refused(scene, "of band 1");
+  scene = FourBands();
+  scene.materials[3].spectrum.reradiation.bands = 3;
+  refused(scene, "between 3 bands, not 4");
   scene = FourBands();
   scene.textures.push_back({1, 1, Wrap::kRepeat, Wrap::kRepeat, {1, 1, 1}});
   scene.materials[0].reflectance_map.texture = 0;
