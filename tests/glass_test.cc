@@ -31,15 +31,6 @@ ConvexPolygon Quad(const Vec3& corner, const Vec3& u, const Vec3& v) {
   return polygon;
 }
 
-void AddPane(Scene& scene, const ConvexPolygon& shape, const Glass& glass) {
-  Pane pane;
-  pane.count = static_cast<uint32_t>(shape.count);
-  pane.corners = shape.v;
-  pane.glass = static_cast<uint32_t>(scene.glazing.glasses.size());
-  scene.glazing.glasses.push_back(glass);
-  scene.glazing.panes.push_back(pane);
-}
-
 TEST(Glass, PanesAreCrossedOnceWhereTheyMeet) {
   Scene scene;
   const Glass glass = GlassOf(Rgb(0.5), 1);

@@ -1,9 +1,14 @@
 // Rooms with maps, solved by a whole cluster: what must hold wherever light falls.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
+#include "client/output/comparison.h"
+#include "common/hierarchy/effects/plan.h"
 #include "common/util/random.h"
 #include "tests/support/local_cluster.h"
 #include "tests/support/scenes.h"
+#include "tests/support/solve_scene.h"
 
 namespace isolux::testing {
 namespace {
@@ -103,6 +108,83 @@ TEST(Textures, EvenMapChangesNothing) {
                   1e-5 * a.patch.faces[f].radiosity[c]);
     }
   }
+}
+
+// A room of 2 x 2 x 1 m whose floor, or a corner of it of this width, reflects .7 and .1 in strips,
+// under a lamp that hangs close above a bright one.
+Scene WithStrips(double width_m) {
+  BoxFaces faces;
+  faces.reflectance.fill(Rgb(0.5));
+  Scene scene = BoxRoom({2, 2, 1}, faces);
+  const auto add = [&](const std::array<Vec3, 4>& corners, const Material& material) {
+    Polygon polygon;
+    for (size_t i = 0; i < 4; ++i) {
+      polygon.vertices[i] = static_cast<uint32_t>(scene.vertices.size());
+      scene.vertices.push_back(corners[i]);
+    }
+    polygon.sides = kFrontTakesPart | kFrontEmits;
+    polygon.file_polygon = scene.file_polygon_count++;
+    polygon.material = static_cast<uint32_t>(scene.materials.size());
+    scene.polygons.push_back(polygon);
+    scene.materials.push_back(material);
+  };
+  const double w = width_m, z = 0.02;
+  add({Vec3(0, 0, z), {w, 0, z}, {w, w, z}, {0, w, z}}, {"strips", Rgb(0.4), Rgb(0.0)});
+  scene.materials.back().reflectance_map.texture = 0;
+  scene.polygons.back().coordinates = 0;
+  add({Vec3(.2, .2, .3), {.2, 1.8, .3}, {.8, 1.8, .3}, {.8, .2, .3}}, {"lamp", Rgb(0.3), Rgb(1.0)});
+  double mean = 0;
+  scene.textures = {Relative({.7, .1, .7, .1}, 2, &mean)};
+  scene.coordinates = {{{1 / w, 0, 0, 0}, {0, 1 / w, 0, 0}}};
+  return scene;
+}
+
+// Of the irradiance, over its mean.
+double CostOfNeglect(const Scene& scene) {
+  const SolveResult with = SolveScene(scene, 0.02, "+textures");
+  const SolveResult without = SolveScene(scene, 0.02, "-textures");
+  return Compare(without.patch, with.patch, {.samples = 1 << 14}).value().l1_relative;
+}
+
+TEST(Textures, NeglectCostsNoMoreThanItsBound) {
+  const auto row_of = [](const Scene& scene, double accuracy) {
+    const EffectsTable table = PlanEffects(Hierarchy(scene), accuracy, {});
+    return *std::ranges::find(table.effects, "textures", &Effect::name);
+  };
+  const Scene large = WithStrips(2);
+  Effect row = row_of(large, 0.02);
+  ASSERT_TRUE(row.present && row.bound.has_value());
+  EXPECT_TRUE(row.on);
+  const double cost = CostOfNeglect(large);
+  EXPECT_GT(cost, 0.05);  // of which some may be error of either
+  EXPECT_LT(cost, *row.bound);
+  // A card of 20 cm: by its area and deviation.
+  const Scene small = WithStrips(0.2);
+  row = row_of(small, 0.02);
+  EXPECT_LT(*row.bound, 0.5 * *row_of(large, 0.02).bound);
+  EXPECT_LT(CostOfNeglect(small), *row.bound);
+  EXPECT_FALSE(row_of(small, 0.999 * 5 * 1.1 * *row.bound).on);
+  EXPECT_TRUE(row_of(small, 0.9 * 5 * *row.bound).on);
+}
+
+// Off, light meets the mean, and the output shows the map all the same.
+TEST(Textures, SwitchedOffTheMeanCarriesTheLight) {
+  const Scene scene = WithStrips(2);
+  Scene plain = scene;
+  plain.materials[plain.materials.size() - 2].reflectance_map.texture = kNoTexture;
+  const SolveResult off = SolveScene(scene, 0.05, "-textures"), even = SolveScene(plain, 0.05, "");
+  EXPECT_NEAR(off.summary.rounds.back().absorbed_w[0], even.summary.rounds.back().absorbed_w[0],
+              1e-6);
+  EXPECT_EQ(off.summary.rounds.back().links, even.summary.rounds.back().links);
+  double least = 1, most = 0;
+  for (const PatchFace& face : off.patch.faces) {
+    if (face.polygon != scene.polygons[6].file_polygon || !(face.irradiance[0] > 0)) continue;
+    const double reflected = face.radiosity[0] / face.irradiance[0];
+    least = std::min(least, reflected);
+    most = std::max(most, reflected);
+  }
+  EXPECT_NEAR(least, 0.1, 1e-3);
+  EXPECT_NEAR(most, 0.7, 1e-3);
 }
 
 }  // namespace

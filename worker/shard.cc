@@ -24,6 +24,7 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
   ASSIGN_OR_RETURN(const EffectsChoice choice, ParseEffectsChoice(options.effects));
   EffectsTable effects = PlanEffects(impl_->hierarchy, options.accuracy, choice, measured);
   impl_->plan = effects.plan;
+  impl_->hierarchy.FollowTextures(effects.plan.textures);
   impl_->to_measure = measured.empty() ? std::move(effects.to_measure) : std::vector<std::string>();
   RETURN_IF_ERROR(impl_->SetAbsorbers());
   impl_->lamps_w_m2.clear();

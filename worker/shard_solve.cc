@@ -134,7 +134,7 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
   std::vector<Lanes> start;
   std::vector<uint32_t> old_leaf;
   LeafSystem leaves = MakeLeafSystem(nodes, &start, &old_leaf);
-  if (!scene->textures.empty()) times.maps_s = preparing.cpu_s();
+  if (plan.textures) times.maps_s = preparing.cpu_s();
   const std::vector<GivenIrradiance> given = FindGiven(nodes, report);
   for (const GivenIrradiance& from_lights : given) {
     const Rgb& h = from_lights.mean;

@@ -167,7 +167,9 @@ Hierarchy::Hierarchy(const Scene& scene)
 void Hierarchy::TakeOptics(const Scene& scene) {
   CHECK_EQ(scene.polygons.size(), scene_->polygons.size());
   scene_ = &scene;
+  const bool follow = maps_.follows_reflectance();
   maps_ = SurfaceMaps(scene);
+  maps_.FollowReflectance(follow);
   surfaces_ = MakeSurfaces(scene);
   CHECK_EQ(surfaces_.size(), geometry_.size());
   emitted_w_ = Rgb(0.0);

@@ -48,6 +48,8 @@ class Hierarchy {
   const ConvexPolygon& geometry(uint32_t surface) const { return geometry_[surface]; }
   // Reflectance and exitance over parts of surfaces.
   const SurfaceMaps& maps() const { return maps_; }
+  // Whether reflectance maps count, else their means over surfaces; they do unless it is said here.
+  void FollowTextures(bool follow) { maps_.FollowReflectance(follow); }
   double surface_area_m2(uint32_t surface) const { return area_m2_[surface]; }
   // Polygons with the same number lie in one plane (either orientation): no light passes between
   // them.

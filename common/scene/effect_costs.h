@@ -18,14 +18,11 @@ struct EffectCost {
   bool operator==(const EffectCost&) const = default;
 };
 
-// Of the effects that can be switched, in their order, and of textures.
+// Of the effects that can be switched, in their order.
 class EffectCosts {
  public:
-  static constexpr std::string_view kTextures = "textures";
-  static constexpr size_t kCount = kSwitchableEffects.size() + 1;
-  static constexpr std::string_view NameOf(size_t i) {
-    return i < kSwitchableEffects.size() ? kSwitchableEffects[i] : kTextures;
-  }
+  static constexpr size_t kCount = kSwitchableEffects.size();
+  static constexpr std::string_view NameOf(size_t i) { return kSwitchableEffects[i]; }
 
   // Null where there is no such effect.
   const EffectCost* Find(std::string_view name) const;

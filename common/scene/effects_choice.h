@@ -17,9 +17,9 @@
 namespace isolux {
 
 // The effects that can be switched, in the order of the table.
-inline constexpr std::array<std::string_view, 12> kSwitchableEffects = {
-    "colour", "occlusion", "interreflection", "closure",     "mirrors", "lights",
-    "sun",    "sky",       "medium",          "clear-glass", "sheets",  "fluorescence"};
+inline constexpr std::array<std::string_view, 13> kSwitchableEffects = {
+    "colour", "occlusion", "interreflection", "closure",     "textures", "mirrors",     "lights",
+    "sun",    "sky",       "medium",          "clear-glass", "sheets",   "fluorescence"};
 
 struct EffectsChoice {
   enum class Base { kAuto, kAll, kNone };

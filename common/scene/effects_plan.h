@@ -26,6 +26,7 @@ struct EffectsPlan {
   bool glass = true;         // panes take what they do; else nothing
   bool mirrors = true;       // reflect as such; else with their diffuse reflectance alone
   bool sheets = true;        // pass light on; else they are opaque
+  bool textures = true;      // light meets reflectance maps; else their means over surfaces
   bool fluorescence = true;  // else what would be given out again is absorbed
 };
 

@@ -65,6 +65,11 @@ bool SurfaceMaps::TintsExitance(const Surface& surface) const {
   return texture != kNoTexture && coloured_[texture];
 }
 
+bool SurfaceMaps::VariesReflectance(uint32_t polygon) const {
+  const Material& material = scene_->materials[scene_->polygons[polygon].material];
+  return Varies(polygon) && material.reflectance_map.texture != kNoTexture;
+}
+
 bool SurfaceMaps::Varies(uint32_t polygon) const {
   if (textures_.empty() || scene_->polygons[polygon].coordinates == kNoCoordinates) return false;
   const Material& material = scene_->materials[scene_->polygons[polygon].material];
@@ -95,8 +100,10 @@ Optics SurfaceMaps::Over(const Surface& surface, const ConvexPolygon& part) cons
   const bool emits = (polygon.sides & (front ? kFrontEmits : kBackEmits)) != 0;
   Optics optics;
   if (reflects) optics.reflectance = material.reflectance;
+  const bool by_mean = !follows_reflectance_ && material.reflectance_map.texture != kNoTexture;
+  if (by_mean) optics.reflectance = surface.reflectance;
   if (emits) optics.exitance = material.exitance;
-  if (reflects && material.reflectance_map.texture != kNoTexture) {
+  if (reflects && !by_mean && material.reflectance_map.texture != kNoTexture) {
     Apply(Moments(material.reflectance_map, coordinates, part), &optics.reflectance,
           &optics.reflectance_deviation);
   }

@@ -22,8 +22,13 @@ class SurfaceMaps {
   // Keeps a pointer to the scene: it must outlive the maps.
   explicit SurfaceMaps(const Scene& scene);
 
-  // Whether anything varies over the polygon.
+  // Whether reflectance is that of the maps, as it is at first, or of the surface throughout.
+  void FollowReflectance(bool follow) { follows_reflectance_ = follow; }
+  bool follows_reflectance() const { return follows_reflectance_; }
+
+  // Whether anything varies over the polygon, in the scene; and whether its reflectance does.
   bool Varies(uint32_t polygon) const;
+  bool VariesReflectance(uint32_t polygon) const;
   // Largest reflectance that any texel of its texture gives a surface.
   double Largest(const Surface& surface) const;
   // Whether a texture gives a surface's reflectance or exitance other colours than their mean has.
@@ -40,6 +45,7 @@ class SurfaceMaps {
                          const ConvexPolygon& part) const;
 
   const Scene* scene_;
+  bool follows_reflectance_ = true;
   std::vector<TextureIntegral> textures_;
   std::vector<Rgb> largest_;    // texel of each texture
   std::vector<bool> coloured_;  // textures whose channels differ

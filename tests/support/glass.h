@@ -1,7 +1,7 @@
 // Glass as scenes have it.
 #pragma once
 
-#include "common/scene/glazing.h"
+#include "common/scene/scene.h"
 
 namespace isolux::testing {
 
@@ -11,6 +11,15 @@ inline Glass GlassOf(const Rgb& inside, double index) {
   for (int c = 0; c < 3; ++c) glass.optical_depth[c] = OpticalDepthOf(inside[c]);
   glass.index = index;
   return glass;
+}
+
+inline void AddPane(Scene& scene, const ConvexPolygon& shape, const Glass& glass) {
+  Pane pane;
+  pane.count = static_cast<uint32_t>(shape.count);
+  pane.corners = shape.v;
+  pane.glass = static_cast<uint32_t>(scene.glazing.glasses.size());
+  scene.glazing.glasses.push_back(glass);
+  scene.glazing.panes.push_back(pane);
 }
 
 }  // namespace isolux::testing

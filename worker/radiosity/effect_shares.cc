@@ -75,7 +75,7 @@ double ShareThroughMirrors(const LinkSet& links) {
 
 void AddSolveCosts(const SolveTimes& times, const EffectsPlan& plan, bool sheets, bool fluorescence,
                    EffectCosts& costs) {
-  costs[EffectCosts::kTextures].cpu_s += times.maps_s;
+  costs["textures"].cpu_s += times.maps_s;
   costs["closure"].cpu_s += times.closure_s;
   costs["medium"].cpu_s += times.medium_s;
   costs["clear-glass"].cpu_s += times.panes_s;

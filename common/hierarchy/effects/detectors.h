@@ -39,6 +39,9 @@ Effect DetectMirrors(const Hierarchy& hierarchy, double accuracy);
 // fluorescence.cc
 Effect DetectFluorescence(const Hierarchy& hierarchy);
 
+// textures.cc: what it costs at most if of reflectance maps the mean over each surface counts.
+double BoundOfTextures(const Hierarchy& hierarchy);
+
 // sheets.cc
 Effect DetectSheets(const Hierarchy& hierarchy);
 
@@ -49,7 +52,7 @@ Effect DetectChannels(const Hierarchy& hierarchy);
 
 // What the importer found in the file and replaced by something simpler (replaced.cc), by what the
 // repair report says of it. Maps are followed where the scene has them.
-Effect DetectTextures(const Scene& scene);
+Effect DetectTextures(const Hierarchy& hierarchy);
 Effect DetectEmissionMaps(const Scene& scene);
 Effect DetectOpacityMaps(const Scene& scene);
 Effect DetectReplacedMirrors(const Scene& scene);

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
+#include "common/hierarchy/effects/detectors.h"
 #include "common/hierarchy/effects/scene_rays.h"
 #include "common/hierarchy/panes.h"
 
@@ -47,6 +49,21 @@ double LandingPower(const Hierarchy& hierarchy) {
   const double arrives =
       ExpOfMinus(hierarchy.scene().medium.largest_per_m() * hierarchy.extent_m());
   return arrives * power_w * std::max(0.0, share - 3 * std::sqrt(share * (1 - share) / kRays));
+}
+
+double LargestShareOfLight(const Hierarchy& hierarchy, double area_m2) {
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  const Scene& scene = hierarchy.scene();
+  const bool from_maps = std::ranges::any_of(
+      scene.materials, [](const Material& m) { return m.exitance_map.texture != kNoTexture; });
+  if (!scene.lights.empty() || scene.sky.exists() || from_maps) return kUnknown;
+  const double landing_w = LandingPower(hierarchy);
+  if (!(landing_w > 0)) return kUnknown;
+  Rgb brightest(0.0);
+  for (const Surface& surface : hierarchy.surfaces()) {
+    brightest = glm::max(brightest, surface.exitance);
+  }
+  return area_m2 * Sum(brightest) / (1 - LargestAlbedo(hierarchy)) / landing_w;
 }
 
 }  // namespace isolux

@@ -11,4 +11,9 @@ namespace isolux {
 // that looking would take long.
 double LandingPower(const Hierarchy& hierarchy);
 
+// What falls on so much area at most, of all that falls anywhere: no more than it would if all
+// round were as bright as the brightest lamp may have it, E_max/(1 − α_max) over all channels.
+// Infinite where light comes from elsewhere than from even lamps.
+double LargestShareOfLight(const Hierarchy& hierarchy, double area_m2);
+
 }  // namespace isolux

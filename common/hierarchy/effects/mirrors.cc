@@ -28,19 +28,7 @@ double BoundOf(const Hierarchy& hierarchy, std::span<const MirrorPlane> planes) 
     largest = std::max(largest, plane.share);
     reflecting_m2 += plane.share * plane.area_m2;
   }
-  const double landing_w = LandingPower(hierarchy);
-  const Scene& scene = hierarchy.scene();
-  const bool from_maps = std::ranges::any_of(
-      scene.materials, [](const Material& m) { return m.exitance_map.texture != kNoTexture; });
-  if (!(landing_w > 0) || !scene.lights.empty() || scene.sky.exists() || from_maps) {
-    return largest / rest;
-  }
-  Rgb brightest(0.0);
-  for (const Surface& surface : hierarchy.surfaces()) {
-    brightest = glm::max(brightest, surface.exitance);
-  }
-  const double share = reflecting_m2 * Sum(brightest) / rest / landing_w;
-  return std::min(largest, share) / rest;
+  return std::min(largest, LargestShareOfLight(hierarchy, reflecting_m2)) / rest;
 }
 
 // Of the light of a ray, what goes by way of images that are left out and lands.

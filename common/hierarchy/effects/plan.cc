@@ -16,7 +16,7 @@ std::vector<Effect> DetectAll(const Hierarchy& hierarchy, double accuracy) {
   const Scene& scene = hierarchy.scene();
   return {
       DetectColour(hierarchy),   DetectOcclusion(hierarchy),    DetectInterreflection(hierarchy),
-      DetectClosure(hierarchy),  DetectTwoSided(hierarchy),     DetectTextures(scene),
+      DetectClosure(hierarchy),  DetectTwoSided(hierarchy),     DetectTextures(hierarchy),
       DetectEmissionMaps(scene), DetectOpacityMaps(scene),      DetectMirrors(hierarchy, accuracy),
       DetectGloss(scene),        DetectClearGlass(hierarchy),   DetectLights(hierarchy),
       DetectSun(hierarchy),      DetectSky(hierarchy),          DetectMedium(hierarchy),
@@ -135,8 +135,8 @@ bool IsToBeMeasured(const Scene& scene, bool mirrors, const EffectsChoice& choic
 void TakeBackBounds(std::vector<Effect>* effects) {
   const Effect& mirrors = Find(*effects, "mirrors");
   if (!mirrors.present || mirrors.support != Support::kSwitchable) return;
-  for (const char* name :
-       {"colour", "interreflection", "medium", "clear-glass", "sheets", "fluorescence"}) {
+  for (const char* name : {"colour", "interreflection", "medium", "clear-glass", "sheets",
+                           "fluorescence", "textures"}) {
     Effect& effect = Find(*effects, name);
     if (effect.bound.value_or(0) > 0) effect.bound.reset();
   }
@@ -191,6 +191,7 @@ EffectsTable PlanEffects(const Hierarchy& hierarchy, double accuracy, const Effe
   table.plan.sun = Find(table.effects, "sun").on;
   table.plan.sky = Find(table.effects, "sky").on;
   table.plan.medium = Find(table.effects, "medium").on;
+  table.plan.textures = Find(table.effects, "textures").on;
   table.plan.mirrors = Find(table.effects, "mirrors").on;
   table.plan.sheets = Find(table.effects, "sheets").on;
   table.plan.glass = Find(table.effects, "clear-glass").on;

@@ -54,10 +54,15 @@ Effect Mapped(const Scene& scene, TextureUse Material::*use, Effect replaced) {
 
 }  // namespace
 
-Effect DetectTextures(const Scene& scene) {
-  return Mapped(scene, &Material::reflectance_map,
-                Replaced(scene, "textures", {"reflectance maps", "maps missing"}, "material",
-                         "the mean of the map counts"));
+Effect DetectTextures(const Hierarchy& hierarchy) {
+  const Scene& scene = hierarchy.scene();
+  Effect effect = Mapped(scene, &Material::reflectance_map,
+                         Replaced(scene, "textures", {"reflectance maps", "maps missing"},
+                                  "material", "the mean of the map counts"));
+  if (effect.present && effect.support == Support::kNotSimulated) return effect;
+  effect.support = Support::kSwitchable;
+  effect.bound = BoundOfTextures(hierarchy);
+  return effect;
 }
 
 Effect DetectEmissionMaps(const Scene& scene) {

@@ -13,23 +13,11 @@ double LargestOf(const Rgb& c) { return std::max({c.x, c.y, c.z}); }
 
 // With sheets H = F(E + ρH + τPH), P from side to side; without H' = F(E + ρH'). So H − H' =
 // (I − Fρ)⁻¹ F τPH, and Σ A(H − H') ≤ Σ τ A H/(1 − ρ_max), ρ with what is reradiated. What sheets
-// pass on is at most τ of all light, and no more than τ times their area times the brightest that
-// shines on them, E_max/(1 − α_max) over all channels, α = ρ + τ, since a sheet brightens nothing;
-// and Σ A H is no less than what lands straight from the lamps.
+// pass on is at most τ of all light, and no more than what falls on their area times τ, since a
+// sheet brightens nothing.
 double BoundOf(const Hierarchy& hierarchy, double largest, double passing_m2) {
   const double rest = 1 - LargestShare(hierarchy, {.reflected = true, .reradiated = true});
-  const Scene& scene = hierarchy.scene();
-  const bool from_maps = std::ranges::any_of(
-      scene.materials, [](const Material& m) { return m.exitance_map.texture != kNoTexture; });
-  if (!scene.lights.empty() || scene.sky.exists() || from_maps) return largest / rest;
-  const double landing_w = LandingPower(hierarchy);
-  if (!(landing_w > 0)) return largest / rest;
-  Rgb brightest(0.0);
-  for (const Surface& surface : hierarchy.surfaces()) {
-    brightest = glm::max(brightest, surface.exitance);
-  }
-  const double share = passing_m2 * Sum(brightest) / (1 - LargestAlbedo(hierarchy)) / landing_w;
-  return std::min(largest, share) / rest;
+  return std::min(largest, LargestShareOfLight(hierarchy, passing_m2)) / rest;
 }
 
 // Of the bands in which a spectrum tells what the surface does; 0: none does.
@@ -39,9 +27,8 @@ double LargestInBands(const Hierarchy& hierarchy, const Surface& surface, const 
   if (!spectrum.exists()) return 0;
   const bool reflects = surface.reflectance != Rgb(0.0);
   const Rgb passed = TransmittanceOf(hierarchy, surface);
-  const double brightest = hierarchy.maps().Varies(surface.polygon)
-                               ? hierarchy.maps().Largest(surface)
-                               : 0.0;
+  const double brightest =
+      hierarchy.maps().Varies(surface.polygon) ? hierarchy.maps().Largest(surface) : 0.0;
   double largest = 0;
   for (size_t b = 0; b < scene.bands.size(); ++b) {
     const int c = scene.bands[b].channel();
