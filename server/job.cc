@@ -13,9 +13,8 @@
 
 #include "common/scene/forecast.h"
 #include "server/balance.h"
-#include "server/band_solve.h"
 #include "server/crew.h"
-#include "server/gather_waves.h"
+#include "server/job_output.h"
 #include "server/job_report.h"
 #include "server/link_budget.h"
 #include "server/output_options.h"
@@ -23,7 +22,6 @@
 #include "server/relay_loop.h"
 #include "server/schedule.h"
 #include "server/snapshot_parts.h"
-#include "server/source_gather.h"
 #include "server/survey.h"
 
 namespace isolux {
@@ -98,6 +96,7 @@ struct JobRunner::Impl {
                            snapshot.leaves.size(), limits.output);
   }
   void Announce();
+  Status LookForUnseen();
   Result<PatchFile> MakeOutput();
   void Tell(JobProgress::Stage stage, uint32_t iterations = 0, uint64_t gathered = 0,
             uint32_t group = 0);
@@ -126,6 +125,7 @@ struct JobRunner::Impl {
 
   // Of the epoch.
   std::unique_ptr<Crew> crew;
+  std::unique_ptr<JobOutput> output;  // once the rounds have stopped
   Assignment assignment;
   std::map<NodeId, uint64_t> links_before;  // of nodes of the cut, a round ago
   double emitted_w = 0;
@@ -179,6 +179,7 @@ Result<PatchFile> JobRunner::Impl::RunEpoch() {
     if (Finish() && !summary.rounds.empty() && !next->stop) {
       next = ScheduleDecision{true, EndReason::kFinished, 0, 0};
     }
+    if (next->stop) RETURN_IF_ERROR(LookForUnseen());
     if (next->stop) break;
     RETURN_IF_ERROR(RunRound(*next));
   }
@@ -186,45 +187,33 @@ Result<PatchFile> JobRunner::Impl::RunEpoch() {
   return MakeOutput();
 }
 
-Result<PatchFile> JobRunner::Impl::MakeOutput() {
-  const Clock::time_point start = Clock::now();
-  const OutputMeshOptions output = OutputOptions();
+// Gathers the sources of the output, which may show that the rounds are to go on.
+Status JobRunner::Impl::LookForUnseen() {
   Tell(JobProgress::Stage::kGathering);
-  GatherWaves waves(*crew, output.accuracy, limits.gather_batch);
-  UnseenLight unseen;
-  if (HasGatheredSources(effects.plan, output)) {
-    ASSIGN_OR_RETURN(unseen, GatherSources(*crew, hierarchy, snapshot, output, waves));
-  }
-  const auto gather = [&](const std::vector<NodeId>& elements,
-                          const std::vector<uint8_t>& corners) {
-    return waves.Gather(elements, corners, [&](uint64_t gathered) {
-      Tell(JobProgress::Stage::kGathering, 0, gathered);
-    });
+  RoundSummary& last = summary.rounds.back();
+  const bool known = last.error_unseen > 0;  // by who was lost since
+  output = std::make_unique<JobOutput>(*crew, hierarchy, effects.plan, snapshot, OutputOptions(),
+                                       limits.gather_batch);
+  RETURN_IF_ERROR(output->GatherSources(&last));
+  next = Decide();
+  if (next->stop) return {};
+  RETURN_IF_ERROR(output->Drop(*snapshots.back(), &last));
+  output.reset();
+  if (!known && callbacks.on_round) callbacks.on_round(last);
+  return {};
+}
+
+Result<PatchFile> JobRunner::Impl::MakeOutput() {
+  OutputNews news;
+  news.gathering = [this](uint64_t gathered) { Tell(JobProgress::Stage::kGathering, 0, gathered); };
+  news.bands = [this](uint32_t group, uint32_t products, uint64_t gathered) {
+    Tell(JobProgress::Stage::kBands, products, gathered, group + 1);
   };
-  ASSIGN_OR_RETURN(OutputMesh mesh, BuildOutputMesh(hierarchy, snapshot, output, gather));
-  SolveSummary done = summary;
-  RoundSummary& last = done.rounds.back();
-  AddOutputErrors(mesh.interpolation_error, unseen, &last);
-  if (effects.plan.bands) {
-    const auto news = [&](uint32_t group, uint32_t products, uint64_t gathered) {
-      Tell(JobProgress::Stage::kBands, products, gathered, group + 1);
-    };
-    RETURN_IF_ERROR(SolveBands(
-        *crew, assignment,
-        {hierarchy, snapshot, effects.plan, output, input.options.accuracy, last.emitted_w}, waves,
-        news, &mesh, &done));
-  }
-  summary = std::move(done);
-  summary.gather_s = SecondsSince(start);
-  summary.gather_cpu_s = waves.cpu_s();
-  summary.workers = crew->present_count();
-  summary.rays = waves.rays();
-  for (const RoundSummary& row : summary.rounds) summary.rays += row.rays;
-  summary.costs = TotalCosts(summary.rounds, waves.costs());
-  return std::move(mesh.patch);
+  return output->Make(assignment, input.options.accuracy, news, &summary);
 }
 
 Status JobRunner::Impl::Assemble() {
+  output.reset();
   crew.reset();
   std::vector<WorkerSlot> workers =
       callbacks.workers ? callbacks.workers() : std::vector<WorkerSlot>{};

@@ -300,11 +300,9 @@ EffectCosts TotalCosts(std::span<const RoundSummary> rounds, const EffectCosts& 
   return total;
 }
 
-void AddOutputErrors(double interpolation_error, const UnseenLight& unseen, RoundSummary* last) {
+void AddOutputErrors(double interpolation_error, RoundSummary* last) {
   last->error_interpolation = interpolation_error;
-  last->error_unseen = unseen.error;
-  last->unseen_polygon = unseen.polygon;
-  last->error_estimate = std::hypot(last->error_estimate, interpolation_error, unseen.error);
+  last->error_estimate = std::hypot(last->error_estimate, interpolation_error, last->error_unseen);
 }
 
 Result<CutLoads> MergeLoads(const PerWorker<RoundReport>& reports, const Assignment& assignment) {

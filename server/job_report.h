@@ -33,8 +33,8 @@ Result<CutLoads> MergeLoads(const PerWorker<RoundReport>& reports, const Assignm
 EffectCosts TotalCosts(std::span<const RoundSummary> rounds, const EffectCosts& gather);
 
 // What the output showed, into the row of the last round and its estimate: what interpolation
-// leaves, and light that the links missed.
-void AddOutputErrors(double interpolation_error, const UnseenLight& unseen, RoundSummary* last);
+// leaves, and light that the links missed, which the row has already.
+void AddOutputErrors(double interpolation_error, RoundSummary* last);
 
 // What was asked of a job.
 struct Asked {

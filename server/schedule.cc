@@ -15,6 +15,56 @@ constexpr double kPlainStep = 1.0 / 4;
 constexpr double kWorthARound = 0.7;  // a time budget that allows no smaller step ends the rounds
 constexpr double kTimeUsed = 0.97;    // of a time budget: the rest is for writing the patch file
 
+// Once the gather has found more error than was asked for, the next rounds aim at no less than this
+// over what their links have stated,
+constexpr double kLeastAfterGather = 0.5;
+// and are not worth it where the links to come are more than so many times those there are.
+constexpr double kWorthLinks = 8;
+constexpr size_t kMostGathers = 4;  // of the sources, in a run
+
+double Stated(const RoundSummary& row) { return std::hypot(row.error_estimate, row.error_unseen); }
+
+// What the next round's links should state for the output to have the accuracy: less than that,
+// once the gather has found what they miss.
+double AccuracyOfLinks(const ScheduleInput& input) {
+  const double asked = input.options.accuracy;
+  double accuracy = asked;
+  for (const RoundSummary& row : input.rounds) {
+    if (!(row.error_unseen > 0) || Stated(row) <= asked) continue;
+    accuracy =
+        std::min(accuracy, row.error_estimate * std::max(kLeastAfterGather, asked / Stated(row)));
+  }
+  return accuracy;
+}
+
+// Whether what the gather of the last round has found is worth further rounds: at first it is;
+// then as it has fallen with the links since the time before.
+bool IsWorthRounds(const ScheduleInput& input) {
+  const RoundSummary& last = input.rounds.back();
+  const RoundSummary* before = nullptr;
+  size_t gathers = 0;
+  for (const RoundSummary& row : input.rounds) {
+    if (!(row.error_unseen > 0)) continue;
+    if (&row != &last) before = &row;
+    ++gathers;
+  }
+  if (before == nullptr) return true;
+  const double fallen = std::log(Stated(*before) / Stated(last));
+  const double grown =
+      std::log(static_cast<double>(last.links) / static_cast<double>(before->links));
+  const double to_fall = std::log(Stated(last) / input.options.accuracy);
+  return gathers < kMostGathers && fallen > 0 && to_fall * grown <= std::log(kWorthLinks) * fallen;
+}
+
+bool IsAccurate(const ScheduleInput& input) {
+  const RoundSummary& last = input.rounds.back();
+  // One round alone may not have looked closely enough to see its own error.
+  if (input.rounds.size() < 2) return false;
+  if (Stated(last) <= input.options.accuracy) return true;
+  return last.error_unseen > 0 && last.error_estimate <= input.options.accuracy &&
+         !IsWorthRounds(input);
+}
+
 // Factor by which ε should fall to reach the accuracy.
 double WantedStep(const ScheduleInput& input, const RunFit& fit) {
   const size_t count = input.rounds.size();
@@ -22,7 +72,7 @@ double WantedStep(const ScheduleInput& input, const RunFit& fit) {
   if (count >= 2 && last.links == input.rounds[count - 2].links) {
     return kSmallestStep;  // ε is far above every link's error
   }
-  const double step = fit.EpsilonFor(kAimAt * input.options.accuracy) / last.epsilon;
+  const double step = fit.EpsilonFor(kAimAt * AccuracyOfLinks(input)) / last.epsilon;
   if (!(last.error_estimate > 0) || !std::isfinite(step)) return kPlainStep;
   // A small step is for the last bit of the way; where one has not reached, the next is a plain
   // one.
@@ -92,10 +142,7 @@ ScheduleDecision DecideNext(const ScheduleInput& input) {
   if (input.rounds.empty()) return {false, {}, kFirst * input.emitted_w, accuracy};
 
   const RoundSummary& last = input.rounds.back();
-  // One round alone may not have looked closely enough to see its own error.
-  if (last.error_estimate <= options.accuracy && input.rounds.size() >= 2) {
-    return Stop(EndReason::kAccuracy);
-  }
+  if (IsAccurate(input)) return Stop(EndReason::kAccuracy);
   if (input.rounds.size() >= options.max_rounds) return Stop(EndReason::kRounds);
 
   const RunFit fit(input.rounds);

@@ -213,5 +213,105 @@ TEST(JobTest, MoreWorkersThanTheSceneHasParts) {
   }
 }
 
+// A room whose lamp is a narrow strip that shines on the wall behind it: what it does there is
+// lost between coarse elements.
+Scene RoomWithStrip() {
+  const Rgb grey(0.6);
+  Scene scene = BoxRoom({4, 3, 3}, {{grey, grey, grey, grey, grey, grey}, {}});
+  scene.materials.push_back({"lamp", Rgb(0), Rgb(100)});
+  Polygon strip = scene.polygons.front();
+  constexpr double kBefore_m = 0.005, kTop_m = 1.03;
+  const std::array<Vec3, 4> corners{{{kBefore_m, 0.5, 1},
+                                     {kBefore_m, 0.5, kTop_m},
+                                     {kBefore_m, 2.5, kTop_m},
+                                     {kBefore_m, 2.5, 1}}};
+  for (size_t i = 0; i < corners.size(); ++i) {
+    strip.vertices[i] = static_cast<uint32_t>(scene.vertices.size());
+    scene.vertices.push_back(corners[i]);
+  }
+  strip.material = static_cast<uint32_t>(scene.materials.size() - 1);
+  strip.sides = kFrontTakesPart | kFrontEmits | kBackTakesPart;
+  strip.file_polygon = scene.file_polygon_count++;
+  scene.polygons.push_back(strip);
+  return scene;
+}
+
+TEST(JobTest, GoesOnWhereTheGatherFindsWhatLinksMissed) {
+  SolveOptions options;
+  options.accuracy = 0.1;
+  std::string bytes;
+  uint64_t rays = 0;
+  for (const int lost : {0, 1, 2}) {  // in the first gather, in the second
+    SCOPED_TRACE(lost);
+    LocalCluster cluster(lost == 0 ? 1 : 3, 1);
+    JobCallbacks callbacks;
+    std::vector<RoundSummary> told;
+    callbacks.on_round = [&](const RoundSummary& row) { told.push_back(row); };
+    callbacks.on_progress = [&](const JobProgress& progress) {
+      if (progress.stage != JobProgress::Stage::kGathering || lost == 0) return;
+      if (progress.round == 2U + static_cast<uint32_t>(lost)) cluster.Kill(1);
+    };
+    const auto result = RunJob(cluster, MakeJobInput(RoomWithStrip(), options), callbacks);
+    ASSERT_TRUE(result.has_value()) << result.error().message();
+    // The second round's links state less than 10 %, the gather more: it is told again.
+    ASSERT_EQ(told.size(), 4U);
+    EXPECT_EQ(told[2].round, 2U);
+    EXPECT_LT(told[2].error_estimate, 0.1);
+    EXPECT_EQ(told[2].error_estimate, told[1].error_estimate);
+    EXPECT_EQ(told[1].error_unseen, 0);
+    EXPECT_GT(std::hypot(told[2].error_estimate, told[2].error_unseen), 0.1);
+    EXPECT_GT(told[2].rays, told[1].rays);
+    const RoundSummary& last = result->summary.rounds.back();
+    EXPECT_EQ(last.round, 3U);
+    EXPECT_GT(last.error_unseen, 0);
+    EXPECT_LE(last.error_estimate, 0.1);
+    EXPECT_EQ(result->summary.end_reason, EndReason::kAccuracy);
+    if (lost == 0) {
+      bytes = BytesWithoutComments(result->patch);
+      rays = result->summary.rays;
+    }
+    EXPECT_EQ(BytesWithoutComments(result->patch) == bytes, true);
+    EXPECT_GE(result->summary.rays, rays);
+  }
+}
+
+// A coordinator that comes back goes on from what it was told.
+TEST(JobTest, GoesOnAfterTheGatherFromWhatIsStored) {
+  SolveOptions options;
+  options.accuracy = 0.1;
+  std::string whole;
+  for (const bool stops : {false, true}) {
+    JobInput input = MakeJobInput(RoomWithStrip(), options);
+    if (stops) {
+      LocalCluster cluster(1, 1);
+      JobCallbacks callbacks;
+      bool cancel = false;
+      callbacks.on_round = [&](const RoundSummary& row) {
+        if (row.error_unseen > 0) {
+          cancel = true;
+          input.rounds.back() = row;
+        } else {
+          input.rounds.push_back(row);
+        }
+      };
+      callbacks.on_snapshot = [&](const Snapshot& snapshot) {
+        input.snapshots.push_back(snapshot);
+        return Status();
+      };
+      callbacks.cancelled = [&] { return cancel; };
+      const auto first = RunJob(cluster, MakeJobInput(RoomWithStrip(), options), callbacks);
+      ASSERT_FALSE(first.has_value());
+      ASSERT_EQ(input.rounds.size(), 2U);
+    }
+    LocalCluster cluster(1, 1);
+    const auto result = RunJob(cluster, std::move(input));
+    ASSERT_TRUE(result.has_value()) << result.error().message();
+    EXPECT_EQ(result->summary.rounds.size(), 3U);
+    const std::string bytes = BytesWithoutComments(result->patch);
+    if (!stops) whole = bytes;
+    EXPECT_EQ(bytes == whole, true);
+  }
+}
+
 }  // namespace
 }  // namespace isolux::testing

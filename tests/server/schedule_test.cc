@@ -204,5 +204,53 @@ TEST(ScheduleTest, OneRoundAloneProvesNothing) {
   EXPECT_GT(decision.epsilon, 0);
 }
 
+// Rounds of the model until their links state 5 %, and a gather that finds more.
+struct Gathered {
+  ScheduleInput input;
+  Model model;
+  std::vector<RoundSummary> rounds;
+
+  Gathered() {
+    input.options.accuracy = 0.05;
+    input.emitted_w = model.emitted_w;
+    rounds = RunModel(model, input.options).rounds;
+    input.rounds = rounds;
+  }
+  ScheduleDecision Decide() {
+    input.rounds = rounds;
+    return DecideNext(input);
+  }
+};
+
+TEST(ScheduleTest, GoesOnAsFarAsTheGatherHasFoundMore) {
+  for (const double stated : {0.055, 0.08, 0.5}) {
+    Gathered run;
+    ASSERT_TRUE(run.Decide().stop);
+    const double links = run.rounds.back().error_estimate;
+    run.rounds.back().error_unseen = std::sqrt(stated * stated - links * links);
+    const ScheduleDecision decision = run.Decide();
+    ASSERT_FALSE(decision.stop) << stated;
+    const double next = run.model.Run(9, decision.epsilon).error_estimate;
+    EXPECT_LE(next, links * std::max(0.5, 0.05 / stated)) << stated;
+    EXPECT_GE(next, 0.8 * links * std::max(0.5, 0.05 / stated)) << stated;
+    // Then it is for the gather to say whether that was enough.
+    run.rounds.push_back(run.model.Run(9, decision.epsilon));
+    EXPECT_TRUE(run.Decide().stop);
+    run.rounds.back().error_unseen = 0.02;
+    EXPECT_TRUE(run.Decide().stop);
+  }
+}
+
+TEST(ScheduleTest, EndsWhereTheGatherFindsAsMuchAgain) {
+  for (const double then : {0.1, 0.0999, 0.06}) {
+    Gathered run;
+    run.rounds.back().error_unseen = 0.1;
+    run.rounds.push_back(run.model.Run(9, run.Decide().epsilon));
+    run.rounds.back().error_unseen = then;
+    EXPECT_EQ(run.Decide().stop, then > 0.07) << then;
+    EXPECT_EQ(run.Decide().reason, EndReason::kAccuracy);
+  }
+}
+
 }  // namespace
 }  // namespace isolux
