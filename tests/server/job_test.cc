@@ -213,29 +213,6 @@ TEST(JobTest, MoreWorkersThanTheSceneHasParts) {
   }
 }
 
-// A room whose lamp is a narrow strip that shines on the wall behind it: what it does there is
-// lost between coarse elements.
-Scene RoomWithStrip() {
-  const Rgb grey(0.6);
-  Scene scene = BoxRoom({4, 3, 3}, {{grey, grey, grey, grey, grey, grey}, {}});
-  scene.materials.push_back({"lamp", Rgb(0), Rgb(100)});
-  Polygon strip = scene.polygons.front();
-  constexpr double kBefore_m = 0.005, kTop_m = 1.03;
-  const std::array<Vec3, 4> corners{{{kBefore_m, 0.5, 1},
-                                     {kBefore_m, 0.5, kTop_m},
-                                     {kBefore_m, 2.5, kTop_m},
-                                     {kBefore_m, 2.5, 1}}};
-  for (size_t i = 0; i < corners.size(); ++i) {
-    strip.vertices[i] = static_cast<uint32_t>(scene.vertices.size());
-    scene.vertices.push_back(corners[i]);
-  }
-  strip.material = static_cast<uint32_t>(scene.materials.size() - 1);
-  strip.sides = kFrontTakesPart | kFrontEmits | kBackTakesPart;
-  strip.file_polygon = scene.file_polygon_count++;
-  scene.polygons.push_back(strip);
-  return scene;
-}
-
 TEST(JobTest, GoesOnWhereTheGatherFindsWhatLinksMissed) {
   SolveOptions options;
   options.accuracy = 0.1;
@@ -251,7 +228,8 @@ TEST(JobTest, GoesOnWhereTheGatherFindsWhatLinksMissed) {
       if (progress.stage != JobProgress::Stage::kGathering || lost == 0) return;
       if (progress.round == 2U + static_cast<uint32_t>(lost)) cluster.Kill(1);
     };
-    const auto result = RunJob(cluster, MakeJobInput(RoomWithStrip(), options), callbacks);
+    const auto result =
+        RunJob(cluster, MakeJobInput(RoomWithStrip(0.005, 0.03), options), callbacks);
     ASSERT_TRUE(result.has_value()) << result.error().message();
     // The second round's links state less than 10 %, the gather more: it is told again.
     ASSERT_EQ(told.size(), 4U);
@@ -281,7 +259,7 @@ TEST(JobTest, GoesOnAfterTheGatherFromWhatIsStored) {
   options.accuracy = 0.1;
   std::string whole;
   for (const bool stops : {false, true}) {
-    JobInput input = MakeJobInput(RoomWithStrip(), options);
+    JobInput input = MakeJobInput(RoomWithStrip(0.005, 0.03), options);
     if (stops) {
       LocalCluster cluster(1, 1);
       JobCallbacks callbacks;
@@ -299,7 +277,8 @@ TEST(JobTest, GoesOnAfterTheGatherFromWhatIsStored) {
         return Status();
       };
       callbacks.cancelled = [&] { return cancel; };
-      const auto first = RunJob(cluster, MakeJobInput(RoomWithStrip(), options), callbacks);
+      const auto first =
+          RunJob(cluster, MakeJobInput(RoomWithStrip(0.005, 0.03), options), callbacks);
       ASSERT_FALSE(first.has_value());
       ASSERT_EQ(input.rounds.size(), 2U);
     }

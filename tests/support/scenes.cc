@@ -156,6 +156,17 @@ Scene FurnaceCube(double reflectance, double exitance) {
   return BoxRoom(Vec3(1.0), faces);
 }
 
+Scene RoomWithStrip(double before_wall_m, double height_m) {
+  SceneBuilder builder;
+  const uint32_t grey = builder.AddMaterial("grey", Rgb(0.6), Rgb(0.0));
+  for (const auto& quad : BoxInside(Vec3(0.0), {4, 3, 3})) builder.Add(quad, grey, kFrontTakesPart);
+  const double x = before_wall_m, low = 1, high = low + height_m;
+  builder.Add({{x, 0.5, low}, {x, 0.5, high}, {x, 2.5, high}, {x, 2.5, low}},
+              builder.AddMaterial("lamp", Rgb(0.0), Rgb(100.0)),
+              kFrontTakesPart | kFrontEmits | kBackTakesPart);
+  return builder.Take();
+}
+
 Scene CornellBox(bool both_sides) {
   SceneBuilder builder;
   builder.AddMaterial("white", {0.725, 0.71, 0.68}, Rgb(0.0));

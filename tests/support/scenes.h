@@ -22,6 +22,10 @@ Scene FurnaceCube(double reflectance, double exitance);
 // emit; both sides take part where `both_sides`.
 Scene CornellBox(bool both_sides);
 
+// A closed grey room, 4 × 3 × 3 m, whose lamp is a strip of 2 m and this height that shines on the
+// wall close behind it.
+Scene RoomWithStrip(double before_wall_m, double height_m);
+
 // A closed room with `blocks` random boxes standing or floating in it and one or two random lamps,
 // from a seed; reflectances up to 0.8.
 Scene RandomRoom(uint64_t seed, int blocks);
