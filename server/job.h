@@ -59,6 +59,7 @@ struct JobCallbacks {
   std::function<std::vector<WorkerSlot>()> workers;
   // A number greater than any given before to any job: the epoch of a membership.
   std::function<uint32_t()> next_epoch;
+  // The last round is told again where the gather of the sources has found more error.
   std::function<void(const RoundSummary&)> on_round;
   std::function<void(const JobProgress&)> on_progress;
   // To store; an error fails the job. Called before on_round of the same round.

@@ -350,7 +350,13 @@ Comments MakeComments(const Asked& asked, const SolveSummary& summary, const Tra
   comments.emplace_back("gather_cpu_s",
                         fmt::format("{:.3f}", fmt::join(summary.gather_cpu_s, " ")));
   add("workers", summary.workers);
-  for (const RoundSummary& row : summary.rounds) comments.emplace_back("round", RoundLine(row));
+  for (size_t k = 0; k < summary.rounds.size(); ++k) {
+    RoundSummary row = summary.rounds[k];
+    // The last has it already; those before stated it when their sources were gathered.
+    const bool is_last = k + 1 == summary.rounds.size();
+    if (!is_last) row.error_estimate = std::hypot(row.error_estimate, row.error_unseen);
+    comments.emplace_back("round", RoundLine(row));
+  }
   for (size_t k = 1; k <= summary.rounds.size(); ++k) {
     const std::string line =
         ForecastLine(std::span(summary.rounds).first(k), asked.options.accuracy);

@@ -32,7 +32,7 @@ struct Previous {
   bool is_ambient = false;            // no solution yet: this is the first round
 };
 
-// Two products. `irradiance`: H of own leaves; `given`: what of it lights bring, empty where there
+// Three products. `irradiance`: H of own leaves; `given`: what of it lights bring, empty where there
 // are none.
 Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const LeafSystem& leaves,
                                     std::span<const Lanes> irradiance,
