@@ -78,10 +78,10 @@ double WantedStep(const ScheduleInput& input, const RunFit& fit) {
   // one.
   const bool after_small_step =
       count >= 2 && last.epsilon > kPlainStep * 1.01 * input.rounds[count - 2].epsilon;
-  const double largest = count == 1 || after_small_step ? kPlainStep : kLargestStep;
   // What the gather has found may take less than it seems.
-  const double smallest = last.error_unseen > 0 ? kPlainStep : kSmallestStep;
-  return std::clamp(step, smallest, largest);
+  if (last.error_unseen > 0) return std::clamp(step, kPlainStep, kLargestStep);
+  const double largest = count == 1 || after_small_step ? kPlainStep : kLargestStep;
+  return std::clamp(step, kSmallestStep, largest);
 }
 
 // The smallest ε not below `wanted` at which the time that is left is enough for a round and the

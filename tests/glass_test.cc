@@ -272,7 +272,7 @@ Rgb PowerOn(const SolveResult& result, uint32_t polygon) {
 
 TEST(Glass, WalksOfPhotonsLoseAsMuch) {
   const Glass glass = GlassOf({0.9, 0.5, 0.2}, 1.5);
-  const SolveResult result = SolveScene(SplitRoom(glass), 0.03);
+  const SolveResult result = SolveScene(SplitRoom(glass), 0.02);
   EXPECT_LT(LastRound(result).energy_imbalance, 5e-3);
   const Walked walked = Walk({1, 2, 1.5}, 0.55, glass, {0.6, 0.5, 0.7}, 30000);
   const Rgb far_end = PowerOn(result, 1);

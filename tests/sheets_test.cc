@@ -336,11 +336,15 @@ TEST(Sheets, EverySolverPassesOn) {
   }
   Scene black = scene;
   for (Material& material : black.materials) material.reflectance = Rgb(0.0);
-  const SolveResult direct = Solve(black, 0.02);
-  EXPECT_LT(LastRound(direct).energy_imbalance, 5e-3);
-  // From the lamp to the sheet, and from there to the wall opposite, the same way twice.
+  // Rows of black walls are of links that nobody refines, since they carry no light: made to add up
+  // they take from those that do.
+  const SolveResult direct = Solve(black, 0.02, "auto,-closure");
+  EXPECT_LT(LastRound(direct).energy_imbalance, 2e-2);
+  // Form factor of a wall to the one opposite (Howell, C-11); from the sheet on the same way again,
+  // and a little more since it is brightest where it also sees the most of that wall.
   const double share = MeansOn(direct, 12, 1).irradiance;
-  EXPECT_NEAR(MeansOn(direct, 7).irradiance / (0.6 * share * share), 1, 0.05);
+  EXPECT_NEAR(share, 0.25224, 0.0025);
+  EXPECT_NEAR(MeansOn(direct, 7).irradiance / (0.6 * share * share), 1.02, 0.02);
 }
 
 TEST(Sheets, FollowTheSceneAsBytes) {
