@@ -32,8 +32,8 @@ struct Previous {
   bool is_ambient = false;            // no solution yet: this is the first round
 };
 
-// Three products. `irradiance`: H of own leaves; `given`: what of it lights bring, empty where there
-// are none.
+// Three products. `irradiance`: H of own leaves; `given`: what of it lights bring, empty where
+// there are none.
 Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const LeafSystem& leaves,
                                     std::span<const Lanes> irradiance,
                                     std::span<const GivenIrradiance> given,
