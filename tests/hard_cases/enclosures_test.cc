@@ -159,7 +159,7 @@ TEST(HardEnclosures, PinholesBetweenTwoRooms) {
   HardCase passes("19", "a furnace and a black room joined by a hole of 0.1, accuracy 1 %",
                   "|power that passes / exact - 1|", 0.05);
   passes.Measure(std::abs(PassesThrough(0.1, 0.01) - 1));
-  HardCase some("19a", "the same with a pinhole of 1e-2", "-log10(power that passes / exact)", 1);
+  HardCase some("19a", "the same with a pinhole of 1e-2", "-log10(power that passes / exact)", 0.1);
   some.Measure(std::abs(std::log10(PassesThrough(0.01, 0.01))));
   // Links are kept by what their rays see: were that their value too, half would be lost.
   HardCase links("19b", "the links alone, 12,000 of them, mean of 50 seeds",

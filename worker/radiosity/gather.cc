@@ -194,7 +194,7 @@ Result<GatherPart> Gatherer::AtCorners(std::span<const NodeId> elements,
           impl_->PlacesOf(runs[r], elements, corners, part.sums.data());
       if (places.empty()) continue;
       const uint32_t leaf = runs[r].leaf;
-      gather.SetSurface(impl_->tree.normal(leaf), impl_->tree.surface_of(leaf).polygon);
+      gather.SetLeaf(impl_->tree, leaf);
       const std::span<SourceBlock* const> blocks = descent.To(leaf);
       const double rays_per_doubt = impl_->sources.RaysPerDoubt(leaf, options);
       for (const GatherPlace& place : places) gather.Evaluate(place, blocks, rays_per_doubt);

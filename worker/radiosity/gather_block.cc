@@ -65,8 +65,11 @@ void SourceBlock::AddPart(std::span<const Vec3> corners, const Vec3& normal,
   octet.visibility[lane] = static_cast<float>(strength.visibility);
   octet.rays[lane] = static_cast<float>(strength.rays);
   octet.least_rays[lane] = static_cast<float>(strength.least_rays);
+  octet.exact_per_w_m2[lane] = static_cast<float>(strength.exact_per_w_m2);
   octet.seed[lane] = static_cast<uint32_t>(strength.seed);
   targets_.push_back(target);
+  targets_.back().polygon.count = static_cast<int>(corners.size());
+  std::copy(corners.begin(), corners.end(), targets_.back().polygon.v.begin());
 }
 
 void SourceBlock::AddCluster(const Vec3& centre, double facing_m2, double visibility,

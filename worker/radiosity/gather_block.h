@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "worker/coupling/clip.h"
 #include "worker/coupling/float_lanes.h"
 #include "worker/coupling/lanes.h"
+#include "worker/radiosity/exact_view.h"
 #include "worker/radiosity/polygon_sampler.h"
 
 namespace isolux {
@@ -39,6 +41,9 @@ struct SourceOctet {
   FloatLanes visibility{};                // of the link
   // Rays wanted, over the form factor and the rays a W/m²; and at least so many where it is seen.
   FloatLanes rays{}, least_rays{};
+  // Form factor over the W/m² it would bring, where what is seen of it can be found exactly; else
+  // infinity.
+  FloatLanes exact_per_w_m2 = SplatFloat(std::numeric_limits<float>::infinity());
   UInt32Lanes seed{};
 };
 
@@ -69,6 +74,7 @@ struct RayTarget {
   uint32_t varying = 0xffffffffu;
   const MirrorImage* image = nullptr;  // the polygon is of that; null: seen straight
   Glazed glazed;
+  ViewFromLeaf view;  // where what is seen of it is found exactly
 };
 
 // What the links of one node of the tree bring to points below it.
@@ -82,9 +88,10 @@ class SourceBlock {
     Lanes radiosity{};  // by channel, in units of 1/scale W/m²
     double visibility = 1;
     double rays = 0, least_rays = 0;
+    double exact_per_w_m2 = std::numeric_limits<double>::infinity();
     uint64_t seed = 0;
   };
-  // A polygon wholly in front of the surface's plane; up to five corners.
+  // A polygon wholly in front of the surface's plane; up to five corners, which the target gets.
   void Add(const ClippedPolygon& polygon, const Vec3& normal, const Strength& strength,
            const RayTarget& target);
   void AddCluster(const Vec3& centre, double facing_m2, double visibility, const Lanes& radiosity);

@@ -59,7 +59,9 @@ void PointGather::Evaluate(const GatherPlace& place, std::span<SourceBlock* cons
     packet_.from[c] = SplatFloat(static_cast<float>(place.position[c]));
   }
   packet_.from_polygon.fill(own_polygon_);
-  for (uint32_t l = 0; l < looks_.size(); ++l) Aim(place, l);
+  for (uint32_t l = 0; l < looks_.size(); ++l) {
+    if (!looks_[l].exactly || !SeeExactly(place, looks_[l])) Aim(place, l);
+  }
   Trace();
   Correct(place);
 }
@@ -89,12 +91,30 @@ void PointGather::ListLooks(SourceBlock& block, size_t octet, FloatLanes factor,
                             UInt32Lanes place_seed) {
   const SourceOctet& sources = block.octets()[octet];
   const FloatLanes rays = wanted + UnitFromHash(sources.seed ^ place_seed);
-  for (int chosen = Bits(rays >= 1.0F); chosen != 0; chosen &= chosen - 1) {
+  const Int32Lanes exact = (factor > 0.0F) & (factor >= exact_from_w_m2_ * sources.exact_per_w_m2);
+  const int exactly = view_ ? Bits(exact) : 0;
+  for (int chosen = Bits(rays >= 1.0F) | exactly; chosen != 0; chosen &= chosen - 1) {
     const int lane = std::countr_zero(static_cast<unsigned>(chosen));
     looks_.push_back({&block.target(8 * octet + static_cast<size_t>(lane)), &sources, lane,
                       static_cast<int>(std::min(kMostRays, rays[lane])), factor[lane],
                       std::clamp(1 / wanted[lane], 1.0F, kMostStandFor)});
+    looks_.back().exactly = (exactly >> lane & 1) != 0;
   }
+}
+
+// False where too much stands between; rays then say what is seen.
+bool PointGather::SeeExactly(const GatherPlace& place, Look& look) {
+  RayTarget& target = *look.target;
+  const ExactView::Source source{
+      {target.polygon.v.data(), static_cast<size_t>(target.polygon.count)},
+      target.normal,
+      target.surface_polygon};
+  const std::optional<double> share = view_->ShareSeen(place.position, source, &target.view);
+  if (!share) return false;
+  look.stands_for = 1;
+  look.passed = *share;
+  look.total = 1;
+  return true;
 }
 
 void PointGather::Aim(const GatherPlace& place, uint32_t l) {

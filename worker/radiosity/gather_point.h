@@ -3,9 +3,11 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "worker/radiosity/exact_view.h"
 #include "worker/radiosity/gather_block.h"
 #include "worker/radiosity/gather_sources.h"
 #include "worker/radiosity/polygon_sampler.h"
@@ -33,12 +35,16 @@ class PointGather {
         sources_(sources),
         mirrors_(mirrors),
         medium_(between.medium),
-        panes_(between.panes) {}
+        panes_(between.panes) {
+    if (between.prover != nullptr) view_.emplace(*between.prover);
+  }
 
-  // The surface that the next places lie on.
-  void SetSurface(const Vec3& normal, uint32_t polygon) {
-    normal_ = normal;
-    own_polygon_ = polygon;
+  // The leaf that the next places lie on.
+  void SetLeaf(const Tree& tree, uint32_t leaf) {
+    exact_from_w_m2_ = static_cast<float>(sources_.ExactFrom(leaf));
+    normal_ = tree.normal(leaf);
+    own_polygon_ = tree.surface_of(leaf).polygon;
+    if (view_) view_->SetLeaf(leaf, tree.polygon(leaf), normal_, own_polygon_);
   }
 
   // Adds to place.sums what all sources bring, in units of 1/scale W/m².
@@ -58,6 +64,7 @@ class PointGather {
     float stands_for;              // sources like it, of which this one gets rays by chance
     double passed = 0, total = 0;  // weights of the rays
     Rgb passed_panes{0.0};         // of those that pass, with what panes leave of them
+    bool exactly = false;          // is to be seen so
   };
   // A ray of a packet.
   struct Pick {
@@ -81,6 +88,7 @@ class PointGather {
   std::array<FloatLanes, 3> Left(FloatLanes distance) const;
   void ListLooks(SourceBlock& block, size_t octet, FloatLanes factor, FloatLanes wanted,
                  UInt32Lanes place_seed);
+  bool SeeExactly(const GatherPlace& place, Look& look);
   void Aim(const GatherPlace& place, uint32_t look);
   FloatLanes Kernel(const GatherPlace& place, const FloatPoints& to, const Vec3& normal) const;
   uint32_t Visible() const;
@@ -92,6 +100,8 @@ class PointGather {
   const Mirrors* mirrors_;
   const Medium* medium_;
   const Panes* panes_;
+  std::optional<ExactView> view_;
+  float exact_from_w_m2_ = 0;
   std::array<float, 3> extinction_{};  // over the unit of the block that is added
   // Beside looks_, what is left of their light: by the medium, and by panes on the whole; empty
   // without either.

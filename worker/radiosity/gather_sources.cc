@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "common/hierarchy/element.h"
@@ -25,6 +26,10 @@ constexpr double kVaryingShare = 0.1;
 constexpr double kVaryingRays = 1;
 // What eight rays do not see may still be there: hidden sources count with this share.
 constexpr double kHiddenShare = 0.1;
+// Where links in doubt may bring this many times what is known of a leaf's light, as behind a
+// pinhole, sources that unhidden would bring more than this share of it are clipped at what hides
+// them, however little all of that is in the scene.
+constexpr double kDark = 10, kExactShare = 0.02;
 // Irradiance below this share of the mean is dark: shares are taken of that then.
 constexpr double kLeastShare = 0.25;
 
@@ -157,6 +162,12 @@ void SourceFinder::Fill(uint32_t node, const SurfaceFrame& frame, const GatherOp
 double SourceFinder::RaysPerDoubt(uint32_t leaf, const GatherOptions& options) const {
   const LeafRecord& record = snapshot_.leaves[tree_.first_leaf(leaf)];
   return record.doubt > 0 ? options.rays / static_cast<double>(record.doubt) : 0;
+}
+
+double SourceFinder::ExactFrom(uint32_t leaf) const {
+  const double known = irradiance_[leaf];
+  const bool dark = snapshot_.leaves[tree_.first_leaf(leaf)].doubt > kDark * known;
+  return dark ? kExactShare * known : std::numeric_limits<double>::infinity();
 }
 
 double SourceFinder::RelativeRadiosityAt(uint32_t node, const Vec3& point) const {
@@ -334,10 +345,11 @@ void SourceFinder::Open(const Filling& filling, const Part& whole_part) const {
   strength.visibility = part.visibility;
   strength.rays = part.doubt * values.radiosity;
   strength.least_rays = varies ? kVaryingRays : 0;
+  if (part.doubt > 0 && !varies && image == nullptr && part.glazed.kind == Glazed::Kind::kNot) {
+    strength.exact_per_w_m2 = 1 / values.radiosity;
+  }
   strength.seed = Hash(part.seed, tree_.node(part.node).id.path);
   RayTarget target;
-  target.polygon.count = std::min(polygon.count, 4);
-  std::copy_n(polygon.v.begin(), target.polygon.count, target.polygon.v.begin());
   target.normal = tree_.normal(part.node);
   if (image != nullptr) {
     target.image = image;

@@ -36,6 +36,10 @@ class SourceFinder {
   // Rays a point of this leaf for each W/m² in doubt that a link brings.
   double RaysPerDoubt(uint32_t leaf, const GatherOptions& options) const;
 
+  // W/m² that a source in doubt would bring a point of this leaf, unhidden, from which on rays are
+  // not enough.
+  double ExactFrom(uint32_t leaf) const;
+
  private:
   // A link at one of its ends.
   struct End {

@@ -32,6 +32,10 @@ class LinkProver {
   Proof Settle(const Tree& tree, uint32_t p, uint32_t q, const CandidateList& above,
                CandidateList* left) const;
 
+  // All that may stand between.
+  const SceneOccluders& occluders() const { return occluders_; }
+  const OccluderTree& tree() const { return tree_; }
+
  private:
   SceneOccluders occluders_;
   OccluderTree tree_;

@@ -12,7 +12,7 @@
 
 namespace isolux {
 
-void OccluderSet::Add(std::span<const Vec3> corners, uint32_t region) {
+void OccluderSet::Add(std::span<const Vec3> corners, uint32_t region, uint32_t plane) {
   Vec3 area(0.0), mean(0.0);
   for (size_t i = 0; i < corners.size(); ++i) {
     mean += corners[i] / static_cast<double>(corners.size());
@@ -37,6 +37,7 @@ void OccluderSet::Add(std::span<const Vec3> corners, uint32_t region) {
   occluder.count = static_cast<uint32_t>(corners_.size()) - occluder.first;
   occluder.tolerance_m = tolerance_m_ + 2 * bent;
   occluder.region = region;
+  occluder.plane = plane;
   occluders_.push_back(occluder);
 }
 
@@ -107,9 +108,10 @@ SceneOccluders MakeOccluders(const Scene& scene) {
     order.emplace_back(-AreaOf(polygons[i].corners), i);
   }
   std::sort(order.begin(), order.end());
-  SceneOccluders result{OccluderSet(ExtentOf(scene)), FindFlatRegions(scene, plane_of)};
+  SceneOccluders result{OccluderSet(ExtentOf(scene)), FindFlatRegions(scene, plane_of), plane_of};
   for (const auto& [size, i] : order) {
-    result.set.Add(polygons[i].corners, result.region_of[polygons[i].first_polygon]);
+    result.set.Add(polygons[i].corners, result.region_of[polygons[i].first_polygon],
+                   polygons[i].plane);
   }
   return result;
 }

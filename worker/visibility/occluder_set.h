@@ -26,6 +26,7 @@ struct Occluder {
   uint32_t first = 0;      // corner
   uint32_t count = 0;
   uint32_t region = kNoRegion;
+  uint32_t plane = kNoRegion;  // of polygons of the scene (planes.h)
 
   double Height(const Vec3& x) const { return glm::dot(normal, x - point); }
 };
@@ -36,7 +37,7 @@ class OccluderSet {
   explicit OccluderSet(double extent_m) : tolerance_m_(1e-12 * extent_m) {}
 
   // Adds a convex, planar polygon. One without area is not added: it blocks nothing.
-  void Add(std::span<const Vec3> corners, uint32_t region = kNoRegion);
+  void Add(std::span<const Vec3> corners, uint32_t region = kNoRegion, uint32_t plane = kNoRegion);
 
   uint32_t size() const { return static_cast<uint32_t>(occluders_.size()); }
   const Occluder& operator[](uint32_t i) const { return occluders_[i]; }
@@ -56,7 +57,7 @@ class OccluderSet {
 
 struct SceneOccluders {
   OccluderSet set;
-  std::vector<uint32_t> region_of;  // of each polygon of the scene
+  std::vector<uint32_t> region_of, plane_of;  // of each polygon of the scene
 };
 // All polygons of the scene, neighbours in one plane joined; the largest first, as lists of
 // candidates are in order and large ones settle most.

@@ -20,6 +20,8 @@ Shaft::Shaft(const ShaftEnd& p, const ShaftEnd& q, double tolerance_m)
       count_(static_cast<int>(p.corners.size() + q.corners.size())),
       p_region_(p.region),
       q_region_(q.region),
+      p_plane_(p.plane),
+      q_plane_(q.plane),
       tolerance_m_(tolerance_m) {
   CHECK(p.corners.size() <= ShaftEnd::kMaxCorners && q.corners.size() <= ShaftEnd::kMaxCorners);
   std::copy(p.corners.begin(), p.corners.end(), corners_.begin());
@@ -80,6 +82,9 @@ bool Shaft::MayTouch(const Bounds3& box) const {
 Verdict Shaft::Classify(const OccluderSet& set, const Occluder& occluder) const {
   if (occluder.region != kNoRegion &&
       (occluder.region == p_region_ || occluder.region == q_region_)) {
+    return Verdict::kOutside;
+  }
+  if (occluder.plane != kNoRegion && (occluder.plane == p_plane_ || occluder.plane == q_plane_)) {
     return Verdict::kOutside;
   }
   for (int d = 0; d < 3; ++d) {

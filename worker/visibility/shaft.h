@@ -25,6 +25,7 @@ struct ShaftEnd {
   std::span<const Vec3> corners;
   Vec3 normal{0.0};
   uint32_t region = kNoRegion;  // occluders of it never block
+  uint32_t plane = kNoRegion;   // likewise, where it is told
 };
 
 // The half-space n·x ≤ offset.
@@ -56,7 +57,7 @@ class Shaft {
   std::array<HalfSpace, 2 + 2 * ShaftEnd::kMaxCorners> planes_;
   int plane_count_ = 0;
   Bounds3 bounds_;
-  uint32_t p_region_, q_region_;
+  uint32_t p_region_, q_region_, p_plane_, q_plane_;
   double tolerance_m_;
 };
 
