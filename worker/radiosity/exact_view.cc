@@ -45,7 +45,9 @@ std::optional<double> ExactView::ShareSeen(const Vec3& point, const Source& sour
   const double whole =
       PointFormFactors(Vec3x4({point, point, point, point}), normal_, source.corners)[0];
   if (!(whole > 0)) return std::nullopt;
-  return clipper_.VisibleFactor(point, normal_, source.corners, found_, whole) / whole;
+  const double share =
+      clipper_.VisibleFactor(point, normal_, source.corners, found_, whole) / whole;
+  return share < kLeastShare ? 0 : share;
 }
 
 }  // namespace isolux

@@ -24,6 +24,8 @@ class ExactView {
  public:
   // More obstacles than this before a point cost more than rays.
   static constexpr size_t kMostObstacles = 8;
+  // A lesser share is none: a gap that is no more than rounding, as below a leg on a floor.
+  static constexpr double kLeastShare = 1e-6;
 
   // Keeps a reference. As for rays, what lies in the plane of an end does not stand before it.
   explicit ExactView(const LinkProver& prover)
