@@ -29,7 +29,7 @@ constexpr double kHiddenShare = 0.1;
 // Where links in doubt may bring this many times what is known of a leaf's light, as behind a
 // pinhole, sources that unhidden would bring more than this share of it are clipped at what hides
 // them, however little all of that is in the scene.
-constexpr double kDark = 100, kExactShare = 0.02;
+constexpr double kDark = 400, kExactShare = 0.02;
 // Irradiance below this share of the mean is dark: shares are taken of that then.
 constexpr double kLeastShare = 0.25;
 
