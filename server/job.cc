@@ -191,7 +191,6 @@ Result<PatchFile> JobRunner::Impl::RunEpoch() {
 Status JobRunner::Impl::LookForUnseen() {
   Tell(JobProgress::Stage::kGathering);
   RoundSummary& last = summary.rounds.back();
-  const bool known = last.error_unseen > 0;  // by who was lost since
   output = std::make_unique<JobOutput>(*crew, hierarchy, effects.plan, snapshot, OutputOptions(),
                                        limits.gather_batch);
   RETURN_IF_ERROR(output->GatherSources(&last));
@@ -199,7 +198,7 @@ Status JobRunner::Impl::LookForUnseen() {
   if (next->stop) return {};
   RETURN_IF_ERROR(output->Drop(*snapshots.back(), &last));
   output.reset();
-  if (!known && callbacks.on_round) callbacks.on_round(last);
+  if (callbacks.on_round) callbacks.on_round(last);
   return {};
 }
 
