@@ -144,6 +144,30 @@ TEST(Sheets, AreTheSumOfTwoRoomsWithout) {
   }
 }
 
+// Plates without end, a lamp below and a reflector above, with a sheet halfway between: with b and
+// c what its lower and upper side radiate, b = ρ(E + ρ1 b) + τ ρ2 c and c = ρ ρ2 c + τ(E + ρ1 b).
+// Squares four thousand times as wide as they are apart lose a thousandth by their edges.
+TEST(Sheets, BetweenTwoPlatesWithoutEnd) {
+  const double exitance = 2, rho_1 = 0.5, rho_2 = 0.8, rho = 0.3, tau = 0.45, side = 4000;
+  Scene scene;
+  scene.materials = {{"lamp", Rgb(rho_1), Rgb(exitance)}, {"plate", Rgb(rho_2), Rgb(0.0)}};
+  scene.vertices = {{0, 0, 0}, {side, 0, 0}, {side, side, 0}, {0, side, 0},
+                    {0, 0, 2}, {0, side, 2}, {side, side, 2}, {side, 0, 2}};
+  scene.polygons = {
+      {.vertices = {0, 1, 2, 3}, .sides = kFrontTakesPart | kFrontEmits},
+      {.vertices = {4, 5, 6, 7}, .material = 1, .file_polygon = 1, .sides = kFrontTakesPart}};
+  scene.file_polygon_count = 2;
+  AddSheet(scene, {{0, 0, 1}, {side, 0, 1}, {side, side, 1}, {0, side, 1}}, Rgb(rho), Rgb(tau));
+  const double determinant = (1 - rho * rho_1) * (1 - rho * rho_2) - tau * tau * rho_1 * rho_2;
+  const double lower = exitance * (rho * (1 - rho * rho_2) + tau * tau * rho_2) / determinant;
+  const double upper = exitance * tau / determinant;
+  const SolveResult result = Solve(scene, 0.2);
+  EXPECT_NEAR(MeansOn(result, 0).radiosity / (exitance + rho_1 * lower), 1, 0.005);
+  EXPECT_NEAR(MeansOn(result, 1).radiosity / (rho_2 * upper), 1, 0.005);
+  EXPECT_NEAR(MeansOn(result, 2, 0).radiosity / upper, 1, 0.005);
+  EXPECT_NEAR(MeansOn(result, 2, 1).radiosity / lower, 1, 0.005);
+}
+
 // What corners of the output radiate, on both sides of the sheet, where the light bends.
 TEST(Sheets, CornersRadiateWhatBothSidesReceive) {
   constexpr double kReflects = 0.1, kPasses = 0.8;
