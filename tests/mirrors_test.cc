@@ -322,6 +322,40 @@ TEST(Mirrors, AgreeWithPathTracing) {
   EXPECT_GT(Compare(Solve(scene, 0.2, "-mirrors").patch, points).value().l1_relative, 0.2);
 }
 
+// A strip of facets bent to a third of a cylinder, which gathers light: its images meet along the
+// edges of the facets, and light goes from facet to facet.
+TEST(Mirrors, ABentStripAgreesWithPathTracing) {
+  constexpr int kFacets = 8;
+  Scene scene = Room(1.5, {5});
+  scene.materials.push_back({"bent", Rgb(0.05), Rgb(0.0)});
+  scene.materials.back().specular = 0.9;
+  const auto at = [](int i, double z) {
+    const double angle = std::numbers::pi / 3 * (2.0 * i / kFacets - 1), radius = 0.5;
+    return Vec3(0.8 + radius * std::cos(angle), 0.5 + radius * std::sin(angle), z);
+  };
+  for (int i = 0; i < kFacets; ++i) {
+    Polygon facet;
+    const Vec3 corners[] = {at(i, 0.1), at(i, 1.3), at(i + 1, 1.3), at(i + 1, 0.1)};
+    for (size_t k = 0; k < 4; ++k) {
+      facet.vertices[k] = static_cast<uint32_t>(scene.vertices.size());
+      scene.vertices.push_back(corners[k]);
+    }
+    facet.material = static_cast<uint32_t>(scene.materials.size()) - 1;
+    facet.file_polygon = scene.file_polygon_count++;
+    scene.polygons.push_back(facet);
+  }
+  EXPECT_EQ(Mirrors(Hierarchy(scene), 0.05).planes().size(), 2U * kFacets);  // both sides
+  const SolveResult result = Solve(scene, 0.1);
+  EXPECT_LT(Imbalance(result), 0.01);
+  ThreadPool pool(2);
+  const std::vector<ReferencePoint> points =
+      TracePaths(scene, {.points = 48, .error = 0.04, .seconds = 30}, pool);
+  const Comparison off = Compare(result.patch, points).value();
+  EXPECT_LT(off.l1_relative, 0.1);
+  EXPECT_EQ(off.unmatched, 0U);
+  EXPECT_GT(Compare(Solve(scene, 0.2, "-mirrors").patch, points).value().l1_relative, 0.2);
+}
+
 TEST(Mirrors, TheSameOnOneAndThreeWorkers) {
   Scene scene = RandomRoom(5, 1);
   for (const uint32_t p : {0U, 3U, 8U}) MakeMirror(scene, p, 0.6);
