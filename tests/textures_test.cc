@@ -6,9 +6,11 @@
 #include "client/output/comparison.h"
 #include "common/hierarchy/effects/plan.h"
 #include "common/util/random.h"
+#include "tests/support/link_bench.h"
 #include "tests/support/local_cluster.h"
 #include "tests/support/scenes.h"
 #include "tests/support/solve_scene.h"
+#include "worker/coupling/point_factor.h"
 
 namespace isolux::testing {
 namespace {
@@ -165,6 +167,73 @@ TEST(Textures, NeglectCostsNoMoreThanItsBound) {
   EXPECT_LT(CostOfNeglect(small), *row.bound);
   EXPECT_FALSE(row_of(small, 0.999 * 5 * 1.1 * *row.bound).on);
   EXPECT_TRUE(row_of(small, 0.9 * 5 * *row.bound).on);
+}
+
+// A black room under a ceiling that shines, chequered or evenly.
+Scene UnderCeiling(bool chequered) {
+  BoxFaces faces;
+  faces.exitance[5] = Rgb(1);
+  Scene scene = BoxRoom({1, 1, 0.4}, faces);
+  if (!chequered) return scene;
+  double mean = 0;
+  scene.textures = {Relative({1.9, .1, .1, 1.9}, 2, &mean)};
+  scene.coordinates = {{{1, 0, 0, 0}, {0, 1, 0, 0}}};
+  scene.materials[scene.polygons[5].material].exitance_map.texture = 0;
+  scene.polygons[5].coordinates = 0;
+  return scene;
+}
+
+// What the chequers bring to a point of the floor.
+double FromChequers(const Hierarchy& chequered, const Vec3& point) {
+  double sum = 0;
+  for (int i = 0; i < 4; ++i) {
+    const double x = 0.5 * (i % 2), y = 0.5 * (i / 2), z = 0.4;
+    const ConvexPolygon square(
+        4, {Vec3(x, y, z), {x, y + .5, z}, {x + .5, y + .5, z}, {x + .5, y, z}});
+    sum += chequered.maps().Over(chequered.surfaces()[5], square).exitance[0] *
+           PointFormFactors(Vec3x4(std::array<Vec3, 4>{point, point, point, point}), {0, 0, 1},
+                            square.v)[0];
+  }
+  return sum;
+}
+
+// Links that were refined by these lamps, with the light of the chequers: how far what they bring
+// to the floor is off, over its mean.
+double ErrorUnderChequers(LinkBench& bench, const Hierarchy& chequered) {
+  std::vector<Lanes> radiosity;
+  for (const uint32_t leaf : bench.nodes.leaves) {
+    const Surface& surface = bench.tree.surface_of(leaf);
+    const bool lamp = surface.polygon == 5;
+    const auto exitance = chequered.maps().Over(surface, bench.tree.polygon(leaf)).exitance[0];
+    radiosity.push_back(Splat(lamp ? exitance : 0));
+  }
+  const std::vector<Lanes> irradiance = bench.Irradiance(radiosity);
+  double off = 0, sum = 0;
+  for (size_t i = 0; i < irradiance.size(); ++i) {
+    const uint32_t leaf = bench.nodes.leaves[i];
+    if (bench.tree.surface_of(leaf).polygon != 4) continue;
+    const ConvexPolygon& element = bench.tree.polygon(leaf);
+    for (int k = 0; k < 64; ++k) {
+      const double u = (k % 8 + 0.5) / 8, v = (k / 8 + 0.5) / 8;
+      const Vec3 point = (1 - v) * ((1 - u) * element.v[0] + u * element.v[1]) +
+                         v * ((1 - u) * element.v[3] + u * element.v[2]);
+      const double exact = FromChequers(chequered, point);
+      off += element.Area() * std::abs(irradiance[i][0] - exact);
+      sum += element.Area() * exact;
+    }
+  }
+  return off / sum;
+}
+
+// The variance of a map counts where links are judged: at the same threshold there are more of them
+// than below an even lamp of the same power, and these bring the light of the chequers better.
+TEST(Textures, VarianceFeedsRefinement) {
+  LinkBench even(UnderCeiling(false), 2e-3, 2, false), uneven(UnderCeiling(true), 2e-3, 2, false);
+  EXPECT_NEAR(even.epsilon_w, uneven.epsilon_w, 1e-9);
+  EXPECT_GT(uneven.links.own.size(), 3 * even.links.own.size());
+  const double without = ErrorUnderChequers(even, uneven.hierarchy),
+               with = ErrorUnderChequers(uneven, uneven.hierarchy);
+  EXPECT_LT(with, 0.6 * without);
 }
 
 // Off, light meets the mean, and the output shows the map all the same.
