@@ -10,6 +10,7 @@
 #include "server/band_solve.h"
 #include "tests/support/dense_transport.h"
 #include "tests/support/local_cluster.h"
+#include "tests/support/same_bits.h"
 #include "tests/support/scenes.h"
 #include "tests/support/sheet.h"
 #include "tests/support/solve_scene.h"
@@ -231,24 +232,8 @@ Scene Room() {
   return scene;
 }
 
-SolveOptions Rotating() {
-  SolveOptions options;
-  options.accuracy = 0.2;
-  options.epsilons = {1, 0.4};
-  options.cut_size = 40;
-  options.balance = BalanceStrategy::kRotate;
-  return options;
-}
-
 TEST(BandFluorescence, TheSameOnOneAndThreeWorkers) {
-  std::string reference;
-  for (const int workers : {1, 3}) {
-    auto result = SolveInProcess(Room(), Rotating(), workers, 4 - workers);
-    ASSERT_TRUE(result.has_value()) << result.error().message();
-    const std::string bytes = BytesWithoutComments(std::move(result->patch));
-    if (reference.empty()) reference = bytes;
-    EXPECT_EQ(bytes == reference, true) << workers;
-  }
+  SolveToSameBits(Room(), Rotating(0.2, {1, 0.4}));
 }
 
 TEST(BandFluorescence, EnergyIsKept) {

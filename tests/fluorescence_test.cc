@@ -10,6 +10,7 @@
 #include "common/hierarchy/effects/plan.h"
 #include "tests/support/local_cluster.h"
 #include "tests/support/path_tracer.h"
+#include "tests/support/same_bits.h"
 #include "tests/support/scenes.h"
 #include "tests/support/sheet.h"
 #include "tests/support/solve_scene.h"
@@ -118,19 +119,7 @@ TEST(Fluorescence, PathsThatChangeColourAgree) {
 }
 
 TEST(Fluorescence, TheSameOnOneAndThreeWorkers) {
-  SolveOptions options;
-  options.accuracy = 0.1;
-  options.epsilons = {0.3, 0.1};
-  options.cut_size = 40;
-  options.balance = BalanceStrategy::kRotate;
-  std::string reference;
-  for (const int workers : {1, 3}) {
-    auto result = SolveInProcess(Room(), options, workers, 4 - workers);
-    ASSERT_TRUE(result.has_value()) << result.error().message();
-    const std::string bytes = BytesWithoutComments(std::move(result->patch));
-    if (reference.empty()) reference = bytes;
-    EXPECT_EQ(bytes, reference) << workers;
-  }
+  SolveToSameBits(Room(), Rotating(0.1, {0.3, 0.1}));
 }
 
 TEST(Fluorescence, SwitchedOffItLeavesNoTrace) {

@@ -12,6 +12,7 @@
 #include "common/hierarchy/mirrors.h"
 #include "tests/support/local_cluster.h"
 #include "tests/support/path_tracer.h"
+#include "tests/support/same_bits.h"
 #include "tests/support/scenes.h"
 #include "tests/support/solve_scene.h"
 #include "worker/coupling/point_factor.h"
@@ -362,10 +363,7 @@ TEST(Mirrors, TheSameOnOneAndThreeWorkers) {
   SolveOptions options;
   options.accuracy = 0.1;
   options.epsilons = {1, 0.3};
-  const auto one = SolveInProcess(scene, options, 1, 2),
-             three = SolveInProcess(scene, options, 3, 1);
-  ASSERT_TRUE(one.has_value() && three.has_value());
-  EXPECT_EQ(BytesWithoutComments(one->patch), BytesWithoutComments(three->patch));
+  SolveToSameBits(scene, options);
 }
 
 TEST(Mirrors, NoMirrorsNoTrace) {

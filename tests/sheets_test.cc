@@ -15,6 +15,7 @@
 #include "common/util/random.h"
 #include "tests/support/local_cluster.h"
 #include "tests/support/path_tracer.h"
+#include "tests/support/same_bits.h"
 #include "tests/support/scenes.h"
 #include "tests/support/sheet.h"
 #include "tests/support/solve_scene.h"
@@ -295,19 +296,7 @@ TEST(Sheets, MirrorsShowThem) {
 
 TEST(Sheets, TheSameOnOneAndThreeWorkers) {
   for (const Scene& scene : {Screened(), Divided(Rgb(0.2), Rgb(0.7))}) {
-    SolveOptions options;
-    options.accuracy = 0.1;
-    options.epsilons = {0.3, 0.08, 0.03};
-    options.cut_size = 40;
-    options.balance = BalanceStrategy::kRotate;
-    std::string reference;
-    for (const int workers : {1, 3}) {
-      auto result = SolveInProcess(scene, options, workers, 4 - workers);
-      ASSERT_TRUE(result.has_value()) << result.error().message();
-      const std::string bytes = BytesWithoutComments(std::move(result->patch));
-      if (reference.empty()) reference = bytes;
-      EXPECT_EQ(bytes, reference) << workers;
-    }
+    SolveToSameBits(scene, Rotating(0.1, {0.3, 0.08, 0.03}));
   }
 }
 
