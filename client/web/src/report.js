@@ -8,7 +8,7 @@ import { accuracySection } from "./report_accuracy.js";
 import { clusterSection, trafficSection } from "./report_cluster.js";
 import { forecastSection } from "./report_forecast.js";
 import { effectTable, repairTable, roundTable } from "./report_tables.js";
-import { timeSection } from "./report_time.js";
+import { cpuSeconds, timeSection } from "./report_time.js";
 import { section } from "./section.js";
 
 /** `data` as docs/report.md describes it; `main` is filled. */
@@ -22,7 +22,9 @@ export function reportPage(main, data) {
     clusterSection(rounds),
     trafficSection(data),
     errorMap(data),
-    section("What the scene calls for", null, effectTable(data.effects ?? [])),
+    section("What the scene calls for", null, effectTable(data.effects ?? [], {
+      cpu_s: cpuSeconds(data, rounds), rays: data.summary?.rays,
+    })),
     section("What the importer mended", null, repairTable(data.repairs ?? [])),
     section("All rounds", null, roundTable(rounds)));
 }

@@ -3,6 +3,7 @@ import * as format from "./format.js";
 import { table } from "./table.js";
 
 const numeric = (title, key, text) => ({ title, text: (row) => text(row[key]) });
+const share = (title, key, whole) => ({ title, text: (row) => format.percent(row[key] / whole) });
 const words = (title, text) => ({ title, text, numeric: false });
 
 export function roundTable(rounds) {
@@ -33,7 +34,8 @@ export function roundTable(rounds) {
   ], rounds);
 }
 
-export function effectTable(effects) {
+/** `cpu_s` and `rays`: of the whole job, which shares are of. */
+export function effectTable(effects, { cpu_s, rays }) {
   if (effects.length === 0) return null;
   return table("Effects of light, and what is done about them", [
     words("effect", ({ name }) => name),
@@ -41,7 +43,9 @@ export function effectTable(effects) {
     numeric("bound on neglecting it", "bound", format.percent),
     numeric("measured", "measured", format.percent),
     numeric("CPU, s", "cpu_s", format.number),
+    share("of all CPU", "cpu_s", cpu_s),
     numeric("rays", "rays", format.count),
+    share("of all rays", "rays", rays),
     numeric("links", "links", format.count),
     words("decision", ({ decision }) => decision?.replaceAll("-", " ")),
     words("evidence", ({ evidence }) => evidence),

@@ -34,6 +34,11 @@ export function timeSection({ summary = {} }, rounds) {
     })));
 }
 
+/** Processor seconds of all workers, in the rounds and in the gather. */
+export function cpuSeconds({ summary = {} }, rounds) {
+  return cpuRows(summary, rounds).reduce((sum, { value }) => sum + value, 0);
+}
+
 // What lies between the phases of a round, such as reports on their way, is "other".
 function wallRows(summary, rounds) {
   let before = 0;

@@ -66,7 +66,7 @@ test("the report of a solve shows what it took, what it reached and where its er
       assert.ok(titles.includes(title), `${title} in ${titles}`);
     }
     assert.equal(await page.locator("img").count(), 2);
-    assert.match(await page.locator("section", { hasText: "What the scene calls for" }).textContent(), /occlusion/);
+    assert.match(await page.locator("section", { hasText: "What the scene calls for" }).textContent(), /of all CPU.*of all rays.*occlusion/);
     assert.equal(await page.locator("figure", { hasText: "CPU by worker" }).locator(".chart text", { hasText: "worker" }).count(), 2);
     const rounds = await page.locator("section", { hasText: "All rounds" }).last().locator("tbody tr").count();
     const dots = await page.locator("figure").first().locator("g[aria-label='dot'] circle").count();
@@ -105,16 +105,17 @@ test("a report of many rounds and workers stays readable", async () => {
   }));
   const worker_traffic = Array.from({ length: 32 }, (_, worker) => ["values", "sums", "gather"].map((phase) => (
     { worker: worker + 1, phase, bytes_in: 1e6, bytes_out: 2e6 }))).flat();
-  const effects = [{ name: "mirror", decision: "not-simulated", present: true, bound: 0.03, measured: 0.0042, cpu_s: 1.25, rays: 12345, links: 77, evidence: "2 materials; too little" }];
+  const cpu_s = rounds.flatMap(({ cpu_s }) => cpu_s).reduce((sum, value) => sum + value, 0);
+  const effects = [{ name: "mirror", decision: "not-simulated", present: true, bound: 0.03, measured: 0.0042, cpu_s: cpu_s / 8, rays: 12345, links: 77, evidence: "2 materials; too little" }];
   const forecasts = rounds.slice(0, 20).map(({ round, links, seconds }) => ({
     round, seconds: { low: seconds, likely: 2 * seconds, high: 5 * seconds }, links: { low: links, likely: links, high: 2 * links } }));
-  const data = { title: "many", name: "many.obj", summary: { seconds: 9000 }, rounds, forecasts, worker_traffic, effects };
+  const data = { title: "many", name: "many.obj", summary: { seconds: 9000, rays: 49380 }, rounds, forecasts, worker_traffic, effects };
   await inspect(makePage("report", data), async (page) => {
     const forecast = page.locator("figure", { hasText: "Forecast of the time" });
     assert.equal(await forecast.locator("g[aria-label='dot'] circle").count(), 20);
     assert.match(await forecast.locator(".legend").textContent(), /came: 150 min/);
     assert.equal(await page.locator("figure", { hasText: "Bytes by worker" }).locator("rect").count() >= 96, true);
-    assert.match(await page.locator("section", { hasText: "What the scene calls for" }).textContent(), /mirror.*3 %.*0.42 %.*1.25.*12,345.*77.*too little/);
+    assert.match(await page.locator("section", { hasText: "What the scene calls for" }).textContent(), /mirror.*3 %.*0.42 %.*12.5 %.*12,345.*25 %.*77.*too little/);
   });
 });
 
