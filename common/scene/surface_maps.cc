@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace isolux {
 namespace {
@@ -23,6 +24,54 @@ void Apply(const TextureMoments& moments, Rgb* value, Rgb* deviation) {
     const double variance = moments.square[c] - moments.mean[c] * moments.mean[c];
     (*deviation)[c] = (*value)[c] * std::sqrt(std::max(0.0, variance));
     (*value)[c] *= std::max(0.0, moments.mean[c]);
+  }
+}
+
+TexturePoint Minus(const TexturePoint& a, const TexturePoint& b) { return {a.x - b.x, a.y - b.y}; }
+
+double AreaOf(std::span<const TexturePoint> corners) {
+  double twice = 0;
+  for (size_t i = 1; i + 1 < corners.size(); ++i) {
+    const TexturePoint a = Minus(corners[i], corners[0]), b = Minus(corners[i + 1], corners[0]);
+    twice += a.x * b.y - a.y * b.x;
+  }
+  return 0.5 * std::abs(twice);
+}
+
+// Where all of a part lies on a line in the image, as on the strips of palettes and gradients, it
+// becomes a ribbon a millionth of a texel wide: an area to integrate over, in which every stretch
+// of the line counts by what of the part lies there.
+void WidenLine(const ConvexPolygon& part, std::span<TexturePoint> corners) {
+  TexturePoint along{};
+  double length = 0;
+  for (const TexturePoint& corner : corners) {
+    const TexturePoint d = Minus(corner, corners[0]);
+    if (std::hypot(d.x, d.y) <= length) continue;
+    along = d;
+    length = std::hypot(d.x, d.y);
+  }
+  if (!(length > 0) || AreaOf(corners) > 1e-9 * length * length) return;
+  // Across: the direction in which the part does not move along the line. By two sides that are not
+  // one straight line.
+  const auto side = [&](size_t i) { return part.v[i] - part.v[0]; };
+  const auto on_line = [&](size_t i) {
+    const TexturePoint d = Minus(corners[i], corners[0]);
+    return (d.x * along.x + d.y * along.y) / length;
+  };
+  const size_t last = corners.size() - 1;
+  const bool straight =
+      glm::length(glm::cross(side(1), side(2))) < glm::length(glm::cross(side(1), side(last)));
+  const size_t other = straight ? last : 2;
+  const Vec3 across = on_line(other) * side(1) - on_line(1) * side(other);
+  double widest = 0;
+  for (size_t i = 0; i < corners.size(); ++i) {
+    widest = std::max(widest, std::abs(glm::dot(side(i), across)));
+  }
+  if (!(widest > 0)) return;
+  constexpr double kWidth = 1e-6;
+  for (size_t i = 0; i < corners.size(); ++i) {
+    const double offset = kWidth * glm::dot(side(i), across) / widest / length;
+    corners[i] = {corners[i].x - offset * along.y, corners[i].y + offset * along.x};
   }
 }
 
@@ -87,7 +136,9 @@ TextureMoments SurfaceMaps::Moments(const TextureUse& use, const TextureCoordina
     corners[i] = {texture.width() * (t[0] * u + t[1] * v + t[2]),
                   texture.height() * (t[3] * u + t[4] * v + t[5])};
   }
-  return texture.Over(std::span(corners).first(part.count));
+  const std::span of_part = std::span(corners).first(part.count);
+  WidenLine(part, of_part);
+  return texture.Over(of_part);
 }
 
 Optics SurfaceMaps::Over(const Surface& surface, const ConvexPolygon& part) const {

@@ -209,6 +209,34 @@ TEST(SurfaceMaps, DeviationsAreThoseOfTheParts) {
   EXPECT_GT(deviation, 0.02);
 }
 
+// Coordinates that vary in one direction alone, as of strips of a palette: the same as those that
+// vary in the other too where the image does not.
+TEST(SurfaceMaps, LinesInTheImageCountAsWhatLiesOnThem) {
+  Random random(7);
+  Scene lines = Square(random);
+  lines.textures = {RandomTexture(random, 16, 1)};
+  for (const std::array<double, 4>& u :
+       {std::array<double, 4>{0.5, 0.1, 0, 0}, {0, 0.31, 0, 0.2}}) {
+    lines.coordinates = {{u, {0, 0, 0, 0.5}}};
+    Scene plane = lines;
+    plane.coordinates[0].v = {0.3, -0.2, 0, 0.1};
+    for (Scene* scene : {&lines, &plane}) {
+      scene->materials[0].reflectance_map.transform = {1, 0, 0, 0, 1, 0};
+      scene->materials[0].exitance_map = {};
+    }
+    const SurfaceMaps of_lines(lines), of_plane(plane);
+    const Surface surface = MakeSurfaces(plane)[0];
+    const ConvexPolygon whole = SideGeometry(lines, 0, Side::kFront);
+    for (const uint64_t element : {1, 2, 3, 9, 77, 1234}) {
+      const ConvexPolygon part = ElementGeometry(whole, element);
+      const Optics found = of_lines.Over(surface, part), expected = of_plane.Over(surface, part);
+      EXPECT_LT(glm::length(found.reflectance - expected.reflectance), 1e-7) << element;
+      EXPECT_LT(glm::length(found.reflectance_deviation - expected.reflectance_deviation), 1e-5);
+    }
+    EXPECT_GT(of_lines.Over(surface, whole).reflectance_deviation.x, 0.01);
+  }
+}
+
 TEST(SurfaceMaps, TravelWithTheScene) {
   Random random(7);
   const Scene scene = Square(random);
