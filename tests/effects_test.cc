@@ -10,6 +10,7 @@
 #include "common/hierarchy/effects/plan.h"
 #include "tests/support/local_cluster.h"
 #include "tests/support/scenes.h"
+#include "tests/support/textured_room.h"
 
 namespace isolux {
 namespace {
@@ -114,6 +115,31 @@ TEST(Effects, OneChannelOfColouredLightIsThatLightTimesOneNumber) {
     EXPECT_EQ(face.irradiance[2], 0);
   }
   EXPECT_LT(Compare(one.patch, three.patch, {.samples = 1 << 14}).value().l1_relative, 1e-6);
+}
+
+// The scenes of the table in docs/effects.md: what is left out is worth less than was asked for.
+// The last one coarsely, since the sky takes its time.
+TEST(Effects, AutoIsAsGoodAsAll) {
+  SolveOptions options, coarse;
+  options.accuracy = coarse.accuracy = 0.2;
+  coarse.epsilons = {16, 8};
+  const std::pair<Scene, SolveOptions> cases[] = {{testing::FurnaceCube(0.5, 1), options},
+                                                  {testing::CornellBox(true), options},
+                                                  {testing::TexturedRoom(), coarse}};
+  for (const auto& [scene, how] : cases) {
+    const auto solve = [&](const char* effects) {
+      SolveOptions chosen = how;
+      chosen.effects = effects;
+      auto result = testing::SolveInProcess(scene, chosen, 1, 2);
+      EXPECT_TRUE(result.has_value()) << result.error().message();
+      return result.has_value() ? std::move(*result) : SolveResult{};
+    };
+    const SolveResult called_for = solve("auto"), all = solve("all");
+    const auto off = Compare(called_for.patch, all.patch, {.samples = 1 << 14});
+    ASSERT_TRUE(off.has_value()) << off.error().message();
+    EXPECT_LT(off->l1_relative, 0.05);
+    EXPECT_LE(called_for.summary.rays, all.summary.rays);
+  }
 }
 
 TEST(Effects, OneChannelTravelsAsOneNumber) {
