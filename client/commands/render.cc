@@ -1,4 +1,4 @@
-// isolux render room.ply [--camera cam.json] -o room.png|room.exr
+// isolux render room.ply [--camera cam.json|room.glb] -o room.png|room.exr
 //
 // A picture of a patch file. PNG: exposed and tone-mapped for a display; EXR: linear radiance,
 // W/(m² sr), as floats.
@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 
+#include "client/commands/camera_file.h"
 #include "client/commands/commands.h"
 #include "client/commands/fail.h"
 #include "client/output/picture.h"
@@ -62,7 +63,7 @@ Status RenderToFile(const RenderFlags& options) {
   ASSIGN_OR_RETURN(const ToneMap tone_map, ParseToneMap(options.tone_map));
   Camera camera;
   if (!options.camera_file.empty()) {
-    ASSIGN_OR_RETURN(camera, ReadCamera(options.camera_file));
+    ASSIGN_OR_RETURN(camera, ReadCameraOf(options.camera_file));
   }
   const auto start = std::chrono::steady_clock::now();
   ASSIGN_OR_RETURN(const PatchFile file, ReadPatchFile(options.patch_file));
@@ -101,9 +102,11 @@ void AddRenderCommand(CLI::App& app, Run& run) {
   auto options = std::make_shared<RenderFlags>();
   CLI::App* command = app.add_subcommand("render", "a picture of a patch file");
   command->add_option("patch_file", options->patch_file, "patch file (.ply)")->required();
-  command->add_option("--camera", options->camera_file,
-                      "camera.json: eye, target, up, fov_y_deg, width, height, in the scene file's "
-                      "unit (default: a view that shows much)");
+  command->add_option(
+      "--camera", options->camera_file,
+      "camera.json: eye, target, up, fov_y_deg, width, height, in the scene file's "
+      "unit; or a camera of a scene, FILE.gltf[:NUMBER|:NAME] (default: a view that "
+      "shows much)");
   command->add_option("--up", options->up, "without a camera: which axis is up, y, z or auto")
       ->check(CLI::IsMember({"auto", "y", "z"}))
       ->capture_default_str();

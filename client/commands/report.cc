@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 
+#include "client/commands/camera_file.h"
 #include "client/commands/commands.h"
 #include "client/commands/job_flags.h"
 #include "client/job_text.h"
@@ -72,7 +73,7 @@ Status Report(const ReportFlags& options, bool* interrupted) {
   ReportOptions report;
   report.up = options.up == "y" ? 1 : options.up == "z" ? 2 : 0;
   if (!options.camera_file.empty()) {
-    ASSIGN_OR_RETURN(report.camera, ReadCamera(options.camera_file));
+    ASSIGN_OR_RETURN(report.camera, ReadCameraOf(options.camera_file));
   }
   if (const auto job = JobNumber(options.source)) {
     ASSIGN_OR_RETURN(const PatchFile file, FetchFrom(options, *job, &report, interrupted));
@@ -102,8 +103,10 @@ void AddReportCommand(CLI::App& app, Run& run) {
       ->add_option("job", options->source, "number of a job that is done, or a patch file (.ply)")
       ->required();
   command->add_option("-o,--output", options->output, "page to write (.html)")->required();
-  command->add_option("--camera", options->camera_file,
-                      "camera.json of the pictures (default: a view that shows much)");
+  command->add_option(
+      "--camera", options->camera_file,
+      "camera.json of the pictures, or a camera of a scene, FILE.gltf[:NUMBER|:NAME] "
+      "(default: a view that shows much)");
   command->add_option("--up", options->up, "without a camera: which axis is up, y, z or auto")
       ->check(CLI::IsMember({"auto", "y", "z"}))
       ->capture_default_str();

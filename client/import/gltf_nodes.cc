@@ -131,7 +131,9 @@ Status Walker::Visit(const Step& step) {
   const glm::dmat4 to_scene = step.parent * own;
   if (!AllFinite(to_scene)) return fail(where, "its transform overflows; correct the scales");
   if (node.mesh >= 0) found_.meshes.push_back({node.mesh, to_scene, where});
-  if (node.camera >= 0) found_.cameras.push_back(where);
+  if (node.camera >= 0) {
+    found_.cameras.push_back({node.camera, to_scene, where, node.name});
+  }
   if (node.skin >= 0) found_.skins.push_back(where);
   if (const auto light = node.extensions.find("KHR_lights_punctual");
       light != node.extensions.end()) {

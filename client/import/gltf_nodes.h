@@ -22,10 +22,18 @@ struct GltfLightInstance {
   std::string where;
 };
 
+struct GltfCameraInstance {
+  int camera = 0;  // in the document, not checked
+  glm::dmat4 to_scene{1.0};
+  std::string where;
+  std::string name;  // of the node
+};
+
 struct GltfNodes {
   std::vector<GltfInstance> meshes;         // in the order of the tree, parents first
   std::vector<GltfLightInstance> lights;    // likewise
-  std::vector<std::string> cameras, skins;  // of nodes of the scene, where ("nodes[3]")
+  std::vector<GltfCameraInstance> cameras;  // likewise
+  std::vector<std::string> skins;           // of nodes of the scene, where ("nodes[3]")
 };
 
 // Of the document's scene, else the first one, else of all nodes without parents. A node that is

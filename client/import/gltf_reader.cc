@@ -202,7 +202,9 @@ Result<SceneFile> Reader::Read() {
       list->push_back(fmt::format("{}: {}", document_.path, where));
     }
   };
-  note(nodes.cameras, &file_.cameras);
+  for (const GltfCameraInstance& camera : nodes.cameras) {
+    note({camera.where}, &file_.cameras);
+  }
   note(nodes.skins, &file_.animated);
   note(std::vector<std::string>(document_.model.animations.empty() ? 0 : 1, "animations"),
        &file_.animated);

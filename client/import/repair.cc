@@ -96,7 +96,7 @@ RepairText Describe(Repair kind) {
     case Repair::kAnimated:
       return {"animations, skins and morphs left out: the pose at rest counts", false};
     case Repair::kCamera:
-      return {"cameras of the file not used; render takes --camera", false};
+      return {"cameras of the file left out; render takes them by --camera FILE", false};
   }
   return {"unknown", true};
 }
