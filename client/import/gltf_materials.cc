@@ -14,7 +14,11 @@ using tinygltf::Value;
 // Smoother metals are seen as mirrors; coats as smooth as the second show lamps.
 constexpr double kMirrorRoughness = 0.25;
 constexpr double kGlossyRoughness = 0.5;
-constexpr double kIndexOfRefraction = 1.5;  // where a material names none
+constexpr double kIndexOfRefraction = 1.5;    // where a material names none
+constexpr double kDielectricSpecular = 0.04;  // straight on, of that index
+
+// What a coat reflects of even light that reflects so much straight on, by Schlick's formula.
+Rgb CoatOf(const Rgb& specular) { return specular + (Rgb(1.0) - specular) / 21.0; }
 
 double LargestOf(const Rgb& c) { return std::max({c.x, c.y, c.z}); }
 
@@ -186,6 +190,9 @@ Status MaterialReader::ReadMetallicRoughness() {
   to_.mirror = to_.metallic > 0 && pbr.roughnessFactor <= kMirrorRoughness;
   if (to_.mirror) to_.specular = to_.diffuse;
   to_.glossy = !to_.mirror && (to_.metallic > 0 || pbr.roughnessFactor <= kGlossyRoughness);
+  if (to_.glossy && pbr.roughnessFactor <= kGlossyRoughness) {
+    to_.lobe = (1 - to_.metallic) * CoatOf(Rgb(kDielectricSpecular));
+  }
   return {};
 }
 
@@ -213,6 +220,7 @@ Status MaterialReader::ReadSpecularGlossiness(const Value& extension) {
   to_.mirror = metal && LargestOf(specular) > 0 && 1 - glossiness <= kMirrorRoughness;
   to_.specular = to_.mirror ? specular : Rgb(0.0);
   to_.glossy = !to_.mirror && LargestOf(specular) > 0;
+  to_.lobe = to_.glossy ? CoatOf(specular) : Rgb(0.0);
   return {};
 }
 

@@ -20,6 +20,16 @@ constexpr double kGrey = 0.5;                 // of faces without a material
 constexpr uint32_t kMostSide = 512;           // of a texture
 static_assert(kMostSide * kMostSide <= Texture::kMostTexels);
 
+// Of a glossy material with what it reflects else. The lobe of a metal, so much of its reflectance,
+// is kept in that; others add to it, and no more than is left.
+Gloss GlossOf(const FileMaterial& from, double metallic, const Material& material) {
+  if (!from.glossy) return {};
+  if (metallic > 0) return {glm::min(metallic * material.reflectance + from.lobe, Rgb(1.0)), true};
+  const Rgb taken = material.reflectance + material.transmittance + material.reradiation.Taken();
+  const Rgb left = Rgb(kLargestReflectance - material.specular) - taken;
+  return {glm::clamp(left, Rgb(0.0), from.lobe), false};
+}
+
 class MaterialMaker {
  public:
   MaterialMaker(const SceneFile& file, Scene* scene, RepairLog* log)
@@ -182,7 +192,7 @@ Material MaterialMaker::Make(const FileMaterial& from) {
       log_.Add(image != nullptr ? Repair::kMap : Repair::kNoMap, where);
       if (image != nullptr) metallic *= image->Mean().z;
     }
-    diffuse *= 1 - metallic;
+    if (!from.glossy) diffuse *= 1 - metallic;
   }
   const double specular = Specular(from, from.metallic > 0 ? metallic : 1, &diffuse);
   const Rgb passed = Transmittance(from, specular, &diffuse);
@@ -218,6 +228,7 @@ Material MaterialMaker::Make(const FileMaterial& from) {
     lowered = true;
   }
   if (lowered) log_.Add(Repair::kReflectance, where);
+  material.gloss = GlossOf(from, metallic, material);
   return material;
 }
 

@@ -182,6 +182,7 @@ Result<std::vector<FileMaterial>> ParseMtl(std::string bytes, const std::string&
     material.mirror = !material.glass && (from.illum == 3 || from.illum == 5 || from.illum == 8);
     if (material.mirror) material.specular = scanned[i].ks.value_or(Rgb(0.0));
     material.glossy = !material.glass && !material.mirror && Largest(from.specular) > 0;
+    if (material.glossy) material.lobe = scanned[i].ks.value_or(Rgb(0.0));
     materials.push_back(std::move(material));
   }
   return materials;

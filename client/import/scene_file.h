@@ -44,6 +44,9 @@ struct FileMaterial {
   bool mirror = false;
   Rgb specular{0.0};    // what a mirror reflects as such; of a metal, times `metallic` and the maps
   bool glossy = false;  // and no mirror
+  // What a glossy material reflects by its lobe at most, beside what it does diffusely; a metal's
+  // base colour counts as diffuse.
+  Rgb lobe{0.0};
   bool glass = false;
   // Of glass: what its inside leaves of light that falls straight, times the mean of `diffuse_map`
   // where `tinted`; what it reflects diffusely beside; and its index of refraction, 1: no Fresnel.

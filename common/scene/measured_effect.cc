@@ -7,7 +7,9 @@
 namespace isolux {
 
 Status Validate(const MeasuredEffect& effect) {
-  if (std::ranges::find(kSwitchableEffects, effect.name) == kSwitchableEffects.end()) {
+  const bool switchable =
+      std::ranges::find(kSwitchableEffects, effect.name) != kSwitchableEffects.end();
+  if (!switchable && effect.name != "gloss") {
     return MakeStatus(StatusCode::kDataLoss, "measured effects: there is no effect '{}'",
                       effect.name);
   }

@@ -7,6 +7,7 @@
 
 #include "common/scene/bands.h"
 #include "common/scene/fluorescence_bytes.h"
+#include "common/scene/gloss.h"
 #include "common/scene/specular.h"
 #include "common/scene/translucency.h"
 #include "common/util/bytes.h"
@@ -139,6 +140,11 @@ Status CheckMaterial(const Material& material, size_t number) {
       return fail("a surface that reflects, passes on and reradiates all that it receives, or more",
                   material.transmittance + reradiation.Taken(),
                   "lower Td, Fl, or Kd, below 1 together");
+    }
+    const double lobe = material.gloss.share[c];
+    if (!(lobe >= 0 && lobe <= 1 && (material.gloss.kept ? 0 : lobe) + sum <= 1 + 1e-9)) {
+      return fail("a lobe that reflects more than is left", material.gloss.share,
+                  "lower Ks, or Kd, to 1 together");
     }
   }
   return {};
@@ -399,6 +405,7 @@ std::string Encode(const Scene& scene) {
     Put(out, scene.sky);
   }
   PutMirrors(out, scene);
+  PutGloss(out, scene);
   if (scene.medium.exists()) {
     out.Put(kMediumMagic);
     Put(out, scene.medium.extinction_per_m);
@@ -449,13 +456,15 @@ Result<Scene> Decode(const std::string& bytes, const SceneLimits& limits) {
   // None is a number of textures that a scene may have.
   const auto follows = [&in](uint64_t magic) { return ByteReader(in).Get<uint64_t>() == magic; };
   if (in.ok() && in.left() > 0 && !follows(kLightsMagic) && !follows(kSkyMagic) &&
-      !follows(kMirrorsMagic) && !follows(kMediumMagic) && !follows(kSheetsMagic) &&
-      !follows(kGlazingMagic) && !follows(kFluorescenceMagic) && !follows(kBandsMagic)) {
+      !follows(kMirrorsMagic) && !follows(kGlossMagic) && !follows(kMediumMagic) &&
+      !follows(kSheetsMagic) && !follows(kGlazingMagic) && !follows(kFluorescenceMagic) &&
+      !follows(kBandsMagic)) {
     RETURN_IF_ERROR(GetMaps(in, limits, &scene));
   }
   if (in.ok() && follows(kLightsMagic)) RETURN_IF_ERROR(GetLights(in, limits, &scene));
   if (in.ok() && follows(kSkyMagic)) RETURN_IF_ERROR(TakeSky(in, &scene));
   if (in.ok() && follows(kMirrorsMagic)) RETURN_IF_ERROR(TakeMirrors(in, &scene));
+  if (in.ok() && follows(kGlossMagic)) RETURN_IF_ERROR(TakeGloss(in, &scene));
   if (in.ok() && follows(kMediumMagic)) RETURN_IF_ERROR(TakeMedium(in, &scene));
   if (in.ok() && follows(kSheetsMagic)) RETURN_IF_ERROR(TakeSheets(in, &scene));
   if (in.ok() && follows(kGlazingMagic)) {

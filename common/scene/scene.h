@@ -26,6 +26,16 @@ inline constexpr uint32_t kNoVertex = 0xffffffffu;
 
 enum class Side : uint8_t { kFront = 0, kBack = 1 };  // front: seen counter-clockwise
 
+// What a lobe between diffuse and mirror reflects, of what arrives. It is not simulated: bounds on
+// what that costs rest on it.
+struct Gloss {
+  Rgb share{0.0};
+  bool kept = false;  // the diffuse reflectance holds it; else it is absorbed
+
+  bool exists() const { return share != Rgb(0.0); }
+  bool operator==(const Gloss&) const = default;
+};
+
 struct Material {
   std::string name;
   Rgb reflectance{0.0};  // diffuse, linear, in [0, 1)
@@ -35,6 +45,7 @@ struct Material {
   // sides take part; see translucency.h). With reflectance and specular share below 1.
   Rgb transmittance{0.0};
   Reradiation reradiation{};  // fluorescence; with all of these below 1 in each channel
+  Gloss gloss{};              // with all of these at most 1 in each channel
   Spectrum spectrum{};        // what of these is known band by band
   // How these vary over polygons that have texture coordinates; without, they are the means.
   TextureUse reflectance_map{}, exitance_map{};

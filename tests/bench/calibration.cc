@@ -138,8 +138,10 @@ Result<std::vector<ReferencePoint>> ReferenceOf(const NamedScene& named, const F
     return points;
   };
   if (flags.references.empty()) return make();
+  Scene simulated = *named.scene;  // gloss is not
+  for (Material& material : simulated.materials) material.gloss = {};
   const std::string path =
-      fmt::format("{}/{}-{}.csv", flags.references, HashOf(Encode(*named.scene)), flags.points);
+      fmt::format("{}/{}-{}.csv", flags.references, HashOf(Encode(simulated)), flags.points);
   if (std::filesystem::exists(path)) return ReadReferencePoints(path);
   ASSIGN_OR_RETURN(auto points, make());
   RETURN_IF_ERROR(MakeDirectories(flags.references));

@@ -1,6 +1,7 @@
 #include "worker/radiosity/neglect.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "common/hierarchy/mirrors.h"
@@ -12,6 +13,7 @@ namespace {
 
 // Of the solve of light from everywhere; what it leaves is made up for.
 constexpr double kAccuracy = 0.02;
+constexpr double kAccuracyWithLobes = 0.001;  // with these surfaces may reflect nearly all
 
 double SumOf(const Lanes& v) { return v[0] + v[1] + v[2]; }
 double LargestOf(const Lanes& v) { return std::max({v[0], v[1], v[2]}); }
@@ -29,6 +31,25 @@ std::vector<double> SpecularShares(const Hierarchy& hierarchy, const Product& pr
   return shares;
 }
 
+// Of each own leaf's light, what reaches other places for its lobe, of any channel at most, and
+// what of that its reflectance lacks.
+struct Lobes {
+  std::vector<double> moved;  // twice what it reflects where the reflectance holds that
+  std::vector<double> lacking;
+};
+Lobes LobesOf(const Hierarchy& hierarchy, const Product& product) {
+  const Scene& scene = hierarchy.scene();
+  Lobes lobes;
+  for (const uint32_t node : product.active().leaves) {
+    const Surface& surface = product.tree().surface_of(node);
+    const Gloss& gloss = scene.materials[scene.polygons[surface.polygon].material].gloss;
+    const double share = std::max({gloss.share.x, gloss.share.y, gloss.share.z});
+    lobes.moved.push_back(gloss.kept ? 2 * share : share);
+    lobes.lacking.push_back(gloss.kept ? 0.0 : share);
+  }
+  return lobes;
+}
+
 Lanes TakenBy(const LeafSystem& leaves, size_t i) {
   if (leaves.reradiation.empty()) return Lanes{};
   const Rgb taken = leaves.reradiation[i].Taken();
@@ -37,8 +58,10 @@ Lanes TakenBy(const LeafSystem& leaves, size_t i) {
 
 // Of what arrives at a leaf, by channel, what goes by way of this effect; none of those that take
 // light between leaves.
-Lanes ShareOf(const std::string& effect, const LeafSystem& leaves, double specular, size_t i) {
+Lanes ShareOf(const std::string& effect, const LeafSystem& leaves, double specular, double lobe,
+              size_t i) {
   if (effect == "mirrors") return Lanes{specular, specular, specular, 0};
+  if (effect == "gloss") return Lanes{lobe, lobe, lobe, 0};
   if (effect == "sheets" && !leaves.transmittance.empty()) return leaves.transmittance[i];
   return effect == "fluorescence" ? TakenBy(leaves, i) : Lanes{};
 }
@@ -64,8 +87,10 @@ double TakenOnTheWay(const std::string& effect, const Hierarchy& hierarchy,
 }
 
 // Leaves that emit 1 in one channel and hand on as much as in that in which they hand on most. What
-// is reradiated arrives in other channels: by the row it is reflected.
-LeafSystemOf<Single> EmittingOne(const LeafSystem& leaves, std::span<const double> specular) {
+// is reradiated arrives in other channels: by the row it is reflected. `more`: what they reflect
+// beside; empty: nothing.
+LeafSystemOf<Single> EmittingOne(const LeafSystem& leaves, std::span<const double> specular,
+                                 std::span<const double> more) {
   LeafSystemOf<Single> unit;
   unit.area_m2 = leaves.area_m2;
   unit.closure = leaves.closure;
@@ -74,6 +99,7 @@ LeafSystemOf<Single> EmittingOne(const LeafSystem& leaves, std::span<const doubl
   for (size_t i = 0; i < leaves.size(); ++i) {
     double share = LargestOf(leaves.reflectance[i] + TakenBy(leaves, i));
     if (leaves.specular.empty()) share += specular[i];
+    if (!more.empty()) share += more[i];
     unit.reflectance.push_back(Single{share});
     unit.exitance.push_back(Single{1});
   }
@@ -98,10 +124,11 @@ Result<std::vector<Single>> RadiosityOf(Product& product, const LeafSystemOf<Sin
 }  // namespace
 
 Result<double> LargestAmplification(Product& product, const LeafSystemOf<Single>& unit,
-                                    const SolveFunction<Single>& solve, Exchange& exchange) {
+                                    double accuracy, const SolveFunction<Single>& solve,
+                                    Exchange& exchange) {
   constexpr double kNone = std::numeric_limits<double>::infinity();
   const std::vector<Single> dark(unit.size(), Single{0});
-  ASSIGN_OR_RETURN(const auto solved, solve(unit, dark, kAccuracy));
+  ASSIGN_OR_RETURN(const auto solved, solve(unit, dark, accuracy));
   if (solved.indefinite) return kNone;
   ASSIGN_OR_RETURN(const auto radiosity, RadiosityOf(product, unit, solved.irradiance));
   Reduction largest;
@@ -128,6 +155,7 @@ Result<std::vector<MeasuredEffect>> MeasureNeglect(
     std::span<const Lanes> irradiance, const ErrorEstimate& errors, const RoundReport& report,
     Product& product, const SolveFunction<Single>& solve, Exchange& exchange) {
   const std::vector<double> specular = SpecularShares(hierarchy, product);
+  const Lobes lobes = LobesOf(hierarchy, product);
   Reduction power;
   power.sums.resize(1 + effects.size());  // that arrives; by way of each effect
   power.maxima = {0};                     // of what is reflected
@@ -138,23 +166,33 @@ Result<std::vector<MeasuredEffect>> MeasureNeglect(
         std::max(power.maxima[0],
                  ReflectedBy(leaves, i, irradiance[i], errors.leaves[i].error, surface.exitance));
     for (size_t k = 0; k < effects.size(); ++k) {
-      const Lanes share = ShareOf(effects[k], leaves, specular[i], i);
+      const Lanes share = ShareOf(effects[k], leaves, specular[i], lobes.moved[i], i);
       power.sums[1 + k].Add(leaves.area_m2[i] * (SumOf(share * irradiance[i]) +
                                                  LargestOf(share) * errors.leaves[i].error));
     }
   }
   ASSIGN_OR_RETURN(const Reduction total, exchange.Reduce(std::move(power)));
-  const LeafSystemOf<Single> unit = EmittingOne(leaves, specular);
-  ASSIGN_OR_RETURN(const double amplification,
-                   LargestAmplification(product, unit, solve, exchange));
+  // Lobes add to what is handed on, where they alone are asked for.
+  double amplification = 1, with_lobes = 1;
+  for (const bool glossy : {false, true}) {
+    if (std::ranges::none_of(effects, [&](const auto& e) { return (e == "gloss") == glossy; })) {
+      continue;
+    }
+    const LeafSystemOf<Single> unit =
+        EmittingOne(leaves, specular, glossy ? lobes.lacking : std::vector<double>());
+    ASSIGN_OR_RETURN((glossy ? with_lobes : amplification),
+                     LargestAmplification(product, unit, glossy ? kAccuracyWithLobes : kAccuracy,
+                                          solve, exchange));
+  }
   const double arriving_w = total.sums[0].Value();
   std::vector<MeasuredEffect> measured;
   for (size_t k = 0; k < effects.size(); ++k) {
+    if (effects[k] == "gloss" && !std::isfinite(with_lobes)) continue;
     const double power_w = total.sums[1 + k].Value() + TakenOnTheWay(effects[k], hierarchy, report,
                                                                      errors.total, total.maxima[0]);
     measured.push_back({.name = effects[k],
                         .share = arriving_w > 0 ? power_w / arriving_w : 0,
-                        .amplification = amplification});
+                        .amplification = effects[k] == "gloss" ? with_lobes : amplification});
   }
   return measured;
 }

@@ -24,8 +24,9 @@ namespace isolux {
 
 // Of each of `effects`, those that can be measured (common/hierarchy/effects/plan.h). `leaves` with
 // what is passed on; `report` with what the medium absorbs. The product has neither medium nor
-// panes. `solve`: one channel over this product. Mirrors that are not simulated count as if they
-// reflected diffusely. The same at all workers; one solve, a product and three reductions.
+// panes. `solve`: one channel over this product. Mirrors that are not simulated, and
+// lobes where gloss is asked for, count as if they reflected diffusely. The same at all workers;
+// one solve, a product and three reductions.
 Result<std::vector<MeasuredEffect>> MeasureNeglect(
     std::span<const std::string> effects, const Hierarchy& hierarchy, const LeafSystem& leaves,
     std::span<const Lanes> irradiance, const ErrorEstimate& errors, const RoundReport& report,
@@ -33,8 +34,10 @@ Result<std::vector<MeasuredEffect>> MeasureNeglect(
 
 // The largest radiosity of any leaf where each emits 1, over this product, or more. `unit`: leaves
 // that do. From a solution b of whatever accuracy: where b − KFb ≥ 1/c everywhere, c b is no less
-// than the exact one ([BermanPlemmons94], M-matrices). Infinite where there is no solution.
+// than the exact one ([BermanPlemmons94], M-matrices). Infinite where there is no solution, or none
+// to such an accuracy.
 Result<double> LargestAmplification(Product& product, const LeafSystemOf<Single>& unit,
-                                    const SolveFunction<Single>& solve, Exchange& exchange);
+                                    double accuracy, const SolveFunction<Single>& solve,
+                                    Exchange& exchange);
 
 }  // namespace isolux

@@ -36,6 +36,9 @@ Effect DetectClearGlass(const Hierarchy& hierarchy);
 // accuracy: of the irradiance, which says how many images it takes.
 Effect DetectMirrors(const Hierarchy& hierarchy, double accuracy);
 
+// gloss.cc
+Effect DetectGloss(const Hierarchy& hierarchy);
+
 // fluorescence.cc
 Effect DetectFluorescence(const Hierarchy& hierarchy);
 
@@ -56,7 +59,6 @@ Effect DetectTextures(const Hierarchy& hierarchy);
 Effect DetectEmissionMaps(const Scene& scene);
 Effect DetectOpacityMaps(const Scene& scene);
 Effect DetectReplacedMirrors(const Scene& scene);
-Effect DetectGloss(const Scene& scene);
 Effect DetectReplacedGlass(const Scene& scene);
 
 // The light of all lamps as one colour times one number, for a plan of one channel.

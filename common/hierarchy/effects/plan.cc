@@ -18,7 +18,7 @@ std::vector<Effect> DetectAll(const Hierarchy& hierarchy, double accuracy) {
       DetectColour(hierarchy),   DetectOcclusion(hierarchy),    DetectInterreflection(hierarchy),
       DetectClosure(hierarchy),  DetectTwoSided(hierarchy),     DetectTextures(hierarchy),
       DetectEmissionMaps(scene), DetectOpacityMaps(scene),      DetectMirrors(hierarchy, accuracy),
-      DetectGloss(scene),        DetectClearGlass(hierarchy),   DetectLights(hierarchy),
+      DetectGloss(hierarchy),    DetectClearGlass(hierarchy),   DetectLights(hierarchy),
       DetectSun(hierarchy),      DetectSky(hierarchy),          DetectMedium(hierarchy),
       DetectSheets(hierarchy),   DetectFluorescence(hierarchy),
   };
@@ -122,6 +122,7 @@ bool IsToBeMeasured(const Scene& scene, bool mirrors, const EffectsChoice& choic
   if (effect.name == "mirrors") {
     return effect.on || (effect.support == Support::kNotSimulated && effect.bound.has_value());
   }
+  if (effect.name == "gloss") return true;
   if (!effect.on) return false;
   if (effect.name == "sheets" || effect.name == "fluorescence") return true;
   // What is taken of the light of lights and sky is not measured, nor what mirrors would have

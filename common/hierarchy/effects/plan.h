@@ -21,7 +21,7 @@ struct EffectsTable {
   EffectsPlan plan;
   double neglected = 0;  // sum of the bounds of effects that are present and left out for it
   // Effects whose neglect the first round should measure: they are on for want of a better bound.
-  // And mirrors that are too many to be simulated.
+  // And mirrors that are too many to be simulated, and gloss, which never is.
   std::vector<std::string> to_measure;
 };
 

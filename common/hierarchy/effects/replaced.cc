@@ -79,10 +79,6 @@ Effect DetectReplacedMirrors(const Scene& scene) {
   return Replaced(scene, "mirrors", {"mirror materials"}, "material", "taken as diffuse, with Kd");
 }
 
-Effect DetectGloss(const Scene& scene) {
-  return Replaced(scene, "gloss", {"glossy materials"}, "material", "taken as diffuse, with Kd");
-}
-
 Effect DetectReplacedGlass(const Scene& scene) {
   return Replaced(scene, "clear-glass", {"glass materials"}, "material",
                   "taken as opaque and diffuse, with Kd");

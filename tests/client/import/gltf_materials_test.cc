@@ -84,15 +84,25 @@ TEST_F(GltfMaterials, MetallicRoughness) {
   Json metal = dielectric;
   metal["pbrMetallicRoughness"]["metallicFactor"] = 0.75;
   scene = Read(metal);
-  ExpectNear(scene.materials[0].reflectance, {0.2, 0.15, 0.1});
+  // Of a rough metal the base colour is what its lobe reflects: kept as diffuse.
+  ExpectNear(scene.materials[0].reflectance, {0.8, 0.6, 0.4});
+  ExpectNear(scene.materials[0].gloss.share, {0.6, 0.45, 0.3});
+  EXPECT_TRUE(scene.materials[0].gloss.kept);
   EXPECT_EQ(CountOf(scene, Repair::kGlossy), 1U);
   metal["pbrMetallicRoughness"]["roughnessFactor"] = 0.1;
   const Scene mirror = Read(metal);
   EXPECT_EQ(CountOf(mirror, Repair::kMirror), 0U);
   EXPECT_EQ(CountOf(mirror, Repair::kMirrorColour), 1U);
+  ExpectNear(mirror.materials[0].reflectance, {0.2, 0.15, 0.1});
   EXPECT_NEAR(mirror.materials[0].specular, 0.75 * 0.6, 1e-12);
-  // By default metallic, so black, and rough.
-  ExpectNear(Read(Json::object()).materials[0].reflectance, Rgb(0.0));
+  // Smooth, with a coat.
+  Json coated = dielectric;
+  coated["pbrMetallicRoughness"]["roughnessFactor"] = 0.4;
+  ExpectNear(Read(coated).materials[0].reflectance, {0.8, 0.6, 0.4});
+  ExpectNear(Read(coated).materials[0].gloss.share, Rgb(0.04 + 0.96 / 21));
+  EXPECT_FALSE(Read(coated).materials[0].gloss.kept);
+  // By default a rough white metal.
+  ExpectNear(Read(Json::object()).materials[0].reflectance, Rgb(0.98));
   metal["pbrMetallicRoughness"]["metallicFactor"] = 1.5;
   EXPECT_THAT(ErrorOf(metal), HasSubstr("materials[0]: metallicFactor is outside [0, 1]"));
 }
@@ -156,8 +166,9 @@ TEST_F(GltfMaterials, MapsCountByTheirMean) {
                         {"emissiveTexture", {{"index", texture}}}};
     const Scene scene = Read(material);
     // The blue channel of the other map is linear.
-    const double diffuse = 1 - 0.5 * 188 / 255;
-    ExpectNear(scene.materials[0].reflectance, diffuse * Rgb(0.25, 0, 0.8 * mean.z));
+    const double metallic = 0.5 * 188 / 255;
+    ExpectNear(scene.materials[0].reflectance, Rgb(0.25, 0, 0.8 * mean.z));
+    ExpectNear(scene.materials[0].gloss.share, metallic * Rgb(0.25, 0, 0.8 * mean.z));
     ExpectNear(scene.materials[0].exitance, 2 * std::numbers::pi * mean);
     EXPECT_EQ(CountOf(scene, Repair::kMap), 2U);
     EXPECT_EQ(CountOf(scene, Repair::kEmissionMap), 1U);

@@ -275,6 +275,17 @@ TEST_F(Import, CountsEffectsThatAreNotSimulated) {
   EXPECT_EQ(scene.materials[1].reflectance, Rgb(0.1));
   EXPECT_EQ(scene.materials[1].specular, 0.8);
   EXPECT_EQ(scene.materials[3].specular, 0);
+  EXPECT_EQ(scene.materials[3].gloss, (Gloss{Rgb(0.1), false}));
+  EXPECT_FALSE(scene.materials[1].gloss.exists());
+}
+
+// Ks is no albedo: it is not added to Kd, and counts for what Kd leaves at most.
+TEST_F(Import, LobesReflectNoMoreThanIsLeft) {
+  materials_ += "newmtl varnish\nKd 0.3 0.6 1\nKs 1 0.2 0.5\nillum 2\n";
+  const Scene scene = Read(WithLamp(std::string(kFloor) + "usemtl varnish\nf 5 6 7\n"));
+  EXPECT_EQ(scene.materials[1].reflectance, Rgb(0.3, 0.6, 0.98));
+  EXPECT_NEAR(glm::length(scene.materials[1].gloss.share - Rgb(0.68, 0.2, 0)), 0, 1e-12);
+  EXPECT_TRUE(Validate(scene).ok());
 }
 
 TEST_F(Import, MirrorsReflectNoMoreThanArrives) {

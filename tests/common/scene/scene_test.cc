@@ -118,6 +118,36 @@ TEST(SceneBytes, MirrorsFollow) {
   EXPECT_EQ(Validate(scene).code(), StatusCode::kInvalidArgument);
 }
 
+TEST(SceneBytes, GlossFollows) {
+  Scene scene = testing::FurnaceCube(0.2, 1);
+  scene.materials.back().specular = 0.1;
+  const std::string without = Encode(scene);
+  scene.materials.back().gloss = {{0.5, 0, 0.7}, true};
+  scene.medium.extinction_per_m = Rgb(0.1);
+  const std::string bytes = Encode(scene);
+  const auto back = Decode(bytes);
+  ASSERT_TRUE(back.has_value()) << back.error().message();
+  EXPECT_EQ(back->materials.back().gloss, scene.materials.back().gloss);
+  EXPECT_EQ(Encode(*back), bytes);
+  for (size_t length = without.size() + 1; length < bytes.size(); ++length) {
+    if (length == without.size() + 49) continue;  // all but the medium
+    EXPECT_FALSE(Decode(bytes.substr(0, length)).has_value()) << length;
+  }
+  for (const size_t at :
+       {16U, 15U, 48U}) {  // of no material; more than there are; neither kept nor not
+    std::string damaged = bytes;
+    damaged[without.size() + at] = 99;
+    EXPECT_FALSE(Decode(damaged).has_value()) << at;
+  }
+  EXPECT_TRUE(Validate(scene).ok());
+  scene.materials.back().gloss.kept = false;
+  EXPECT_TRUE(Validate(scene).ok());  // 0.2 and 0.1 and 0.7
+  scene.materials.back().gloss.share.y = 0.8;
+  ExpectRefused(scene, "a lobe that reflects more than is left");
+  scene.materials.back().gloss.share.y = -0.1;
+  ExpectRefused(scene, "a lobe that reflects more than is left");
+}
+
 TEST(SceneCheck, RefusesLightsThatMakeNoSense) {
   Scene scene = testing::FurnaceCube(0.5, 1);
   scene.lights.resize(1);
