@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
 #include "client/output/comparison.h"
 #include "common/hierarchy/effects/plan.h"
+#include "tests/support/glass.h"
 #include "tests/support/local_cluster.h"
 #include "tests/support/scenes.h"
 #include "tests/support/textured_room.h"
@@ -93,6 +95,67 @@ TEST(Effects, OneChannelOfTintedLightIsOffByNoMoreThanItsBound) {
     EXPECT_GT(off, 0.1 * tint) << tint;
     EXPECT_LE(off, BoundOf(scene, "colour")) << tint;
     EXPECT_GE(grey.summary.rounds.back().error_solver, BoundOf(scene, "colour"));
+  }
+}
+
+// A box of tinted walls with a scrap of a translucent sheet and one of glass, each of which costs
+// so much at most.
+struct Three {
+  Scene scene;
+  std::array<double, 3> bounds{};
+};
+constexpr const char* kThree[] = {"colour", "sheets", "clear-glass"};
+
+Three ThreeThatCost(const std::array<double, 3>& wanted) {
+  constexpr double kRho = 0.4;
+  double side_m[] = {0.01, 0.01};
+  Three three;
+  for (int pass = 0; pass < 2; ++pass) {
+    three.scene = TintedBox(kRho, wanted[0] * (1 - kRho) / (1 + wanted[0]), Rgb(1.0));
+    const double s = side_m[0], g = side_m[1];
+    const auto first = static_cast<uint32_t>(three.scene.vertices.size());
+    for (const Vec3& v : {Vec3(.5, .5, .5), Vec3(.5 + s, .5, .5), Vec3(.5, .5 + s, .5)}) {
+      three.scene.vertices.push_back(v);
+    }
+    Polygon scrap;
+    scrap.vertices = {first, first + 1, first + 2, kNoVertex};
+    scrap.material = static_cast<uint32_t>(three.scene.materials.size());
+    scrap.file_polygon = three.scene.file_polygon_count++;
+    three.scene.polygons.push_back(scrap);
+    three.scene.materials.push_back({"sheet", Rgb(0.1), Rgb(0.0)});
+    three.scene.materials.back().transmittance = Rgb(0.3);
+    Pane pane;
+    pane.corners = {Vec3(.2, .2, .7), Vec3(.2 + g, .2, .7), Vec3(.2 + g, .2 + g, .7),
+                    Vec3(.2, .2 + g, .7)};
+    pane.count = 4;
+    three.scene.glazing.glasses = {testing::GlassOf(Rgb(0.5), 1)};
+    three.scene.glazing.panes = {pane};
+    for (size_t k = 0; k < 3; ++k) three.bounds[k] = BoundOf(three.scene, kThree[k]);
+    for (size_t k = 1; k < 3; ++k) side_m[k - 1] *= std::sqrt(wanted[k] / three.bounds[k]);
+  }
+  return three;
+}
+
+// Each may be left out by itself, but not all: the largest is switched on, and what the others cost
+// together is stated.
+TEST(Effects, WhatIsLeftOutAddsUpToNoMoreThanHalfOfTheAccuracy) {
+  constexpr double kAccuracy = 0.1;
+  const Three three = ThreeThatCost({0.0170, 0.0185, 0.0175});
+  for (const double bound : three.bounds) {
+    EXPECT_LT(bound, kAccuracy / 5);
+    EXPECT_GT(bound, kAccuracy / 6);
+  }
+  const Three two = ThreeThatCost({0.0150, 0.0160, 0.0140});
+  for (const Three* of : {&three, &two}) {
+    const double sum = of->bounds[0] + of->bounds[1] + of->bounds[2];
+    const EffectsTable table = PlanEffects(Hierarchy(of->scene), kAccuracy, {});
+    EXPECT_EQ(sum > kAccuracy / 2, of == &three);
+    for (size_t k = 0; k < 3; ++k) {
+      const auto row = std::ranges::find(table.effects, kThree[k], &Effect::name);
+      EXPECT_EQ(row->on, of == &three && k == 1) << kThree[k];
+      EXPECT_EQ(row->reason.find("adds up to more than half") != std::string::npos, row->on);
+    }
+    EXPECT_NEAR(table.neglected, of == &three ? sum - of->bounds[1] : sum, 1e-12);
   }
 }
 
