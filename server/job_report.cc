@@ -236,6 +236,17 @@ std::string EffectLine(const Effect& effect, const EffectCosts& costs) {
                      line.text(), effect.evidence, effect.reason);
 }
 
+// What the rays of a round found open, for the row of closure: rows add up to what that leaves.
+std::string WhatEscapes(const RoundSummary& round) {
+  double emitted_w = 0, escaped_w = 0;
+  for (const double channel : round.emitted_w) emitted_w += channel;
+  for (const double channel : round.escaped_w) escaped_w += channel;
+  if (!(emitted_w > 0)) return {};
+  if (!(escaped_w > 0)) return "; no ray escapes";
+  return fmt::format("; {:.3g} of the emitted power escapes, by rays of round {}",
+                     escaped_w / emitted_w, round.round);
+}
+
 }  // namespace
 
 Result<RoundSummary> MergeReports(const PerWorker<RoundReport>& reports, uint32_t round) {
@@ -336,7 +347,10 @@ Comments MakeComments(const Asked& asked, const SolveSummary& summary, const Tra
   add("seed", asked.options.seed);
   add("solver", ToText(asked.options.solver));
   add("effects", asked.options.effects);
-  for (const Effect& effect : asked.effects.effects) {
+  for (Effect effect : asked.effects.effects) {
+    if (effect.name == "closure" && effect.on && !summary.rounds.empty()) {
+      effect.evidence += WhatEscapes(summary.rounds.back());
+    }
     add("effect", EffectLine(effect, summary.costs));
   }
   add("end_reason", ToText(summary.end_reason));

@@ -205,6 +205,26 @@ TEST(Effects, AutoIsAsGoodAsAll) {
   }
 }
 
+// Closed rooms are closed, open ones add up to what rays say that does not escape.
+TEST(Effects, TheRowOfClosureTellsWhatEscapes) {
+  const auto row = [](const Scene& scene) {
+    for (const auto& [key, value] : SolveWith(scene, "auto").patch.comments) {
+      if (key == "effect" && value.starts_with("closure on")) return value;
+    }
+    return std::string();
+  };
+  Scene box = TintedBox(0.5, 0, Rgb(1.0));
+  EXPECT_NE(row(box).find("; no ray escapes"), std::string::npos) << row(box);
+  box.polygons.erase(box.polygons.begin() + 5);  // the side opposite the lamp
+  const std::string open = row(box);
+  const size_t at = open.find(" of the emitted power escapes, by rays of round 2");
+  ASSERT_NE(at, std::string::npos) << open;
+  const double share = std::stod(open.substr(open.rfind(' ', at - 1)));
+  // Straight 0.2, by way of the walls no more than half of the rest.
+  EXPECT_GT(share, 0.2);
+  EXPECT_LT(share, 0.6);
+}
+
 TEST(Effects, OneChannelTravelsAsOneNumber) {
   const auto bytes = [](const std::string& effects) {
     const SolveResult result = SolveWith(TintedBox(0.6, 0, {2, 2, 2}), effects, 2);
