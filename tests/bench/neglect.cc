@@ -55,7 +55,10 @@ struct Pair {
 Pair PairOf(const std::string& effect, const Scene& scene) {
   Pair pair{{}, scene};
   if (effect == "gloss") {
-    pair.with = {{"narrow", WithLobes(scene, false)}, {"wide", WithLobes(scene, true)}};
+    // Maps by their means: where a map is bright there is less room for a lobe.
+    for (Material& material : pair.without.materials) material.reflectance_map = {};
+    pair.with = {{"narrow", WithLobes(pair.without, false)},
+                 {"wide", WithLobes(pair.without, true)}};
     return pair;
   }
   if (effect == "mirrors") {
