@@ -9,7 +9,9 @@
 namespace isolux {
 namespace {
 
-constexpr double kFirst = 0.02;   // ε_1 over emitted power: some hundred links in a plain room
+constexpr double kFirst = 0.02;  // ε_1 over emitted power: some hundred links in a plain room
+// Where light is reflected more often than that, ε_1 is over what arrives in all and over this.
+constexpr double kOrdinaryAmplification = 10;
 constexpr double kLeast = 1e-13;  // ε over emitted power that single precision cannot resolve
 constexpr double kPlainStep = 1.0 / 4;
 constexpr double kWorthARound = 0.7;  // a time budget that allows no smaller step ends the rounds
@@ -21,6 +23,17 @@ constexpr double kLeastAfterGather = 0.5;
 // and are not worth it where the links to come are more than so many times those there are.
 constexpr double kWorthLinks = 8;
 constexpr size_t kMostGathers = 4;  // of the sources, in a run
+
+// What rows may lack no longer falls, as where the room reflects so much that openings which
+// millions of rays have not found would matter; and the rest is small enough.
+bool IsNoLongerUpToLinks(const ScheduleInput& input) {
+  constexpr double kFalls = 0.9;
+  if (input.rounds.size() < 2) return false;
+  const RoundSummary& last = input.rounds.back();
+  const double half = 0.5 * input.options.accuracy;
+  return last.error_closure > half && last.error_estimate - last.error_closure < half &&
+         last.error_closure > kFalls * input.rounds[input.rounds.size() - 2].error_closure;
+}
 
 double Stated(const RoundSummary& row) { return std::hypot(row.error_estimate, row.error_unseen); }
 
@@ -141,11 +154,16 @@ ScheduleDecision DecideNext(const ScheduleInput& input) {
   const double accuracy = RoundAccuracy(input);
   if (input.finish && !input.rounds.empty()) return Stop(EndReason::kFinished);
   if (!options.epsilons.empty()) return FollowList(input, accuracy);
-  if (input.rounds.empty()) return {false, {}, kFirst * input.emitted_w, accuracy};
+  if (input.rounds.empty()) {
+    const double magnified = std::max(1.0, input.amplification / kOrdinaryAmplification);
+    return {false, {}, kFirst * magnified * input.emitted_w, accuracy};
+  }
 
   const RoundSummary& last = input.rounds.back();
   if (IsAccurate(input)) return Stop(EndReason::kAccuracy);
   if (input.rounds.size() >= options.max_rounds) return Stop(EndReason::kRounds);
+
+  if (IsNoLongerUpToLinks(input)) return Stop(EndReason::kPrecision);
 
   const RunFit fit(input.rounds);
   double epsilon = last.epsilon * WantedStep(input, fit);

@@ -19,6 +19,7 @@ namespace isolux {
 struct ScheduleInput {
   SolveOptions options;
   double emitted_w = 0;                  // over the channels
+  double amplification = 1;              // what arrives over what is emitted, about 1/(1 − ρ̄)
   std::span<const RoundSummary> rounds;  // so far
   ErrorHistogram histogram;              // of the links as they are, over all workers
   double seconds = 0;                    // since the start of the job

@@ -36,6 +36,7 @@ LeafSystem Shard::Impl::MakeLeafSystem(const ActiveNodes& nodes, std::vector<Lan
     // of the first rounds lead far from them.
     leaves.closure.push_back(1.0);
     leaves.inheritance.push_back(1.0);
+    leaves.returned.push_back(0.0);
     if (!mirrors.empty()) {
       const Surface& surface = tree.surface_of(node);
       leaves.specular.push_back(mirrors.ShareOf(surface.polygon, surface.side));
@@ -90,7 +91,7 @@ Result<SolverResult> Shard::Impl::CloseAndSolve(Product& product, LeafSystem& le
   const auto close = [&](RowsMay rows_may) -> Status {
     const Stopwatch watch(pool);
     const double tolerance = std::min(1e-3, 0.1 * accuracy);
-    ASSIGN_OR_RETURN(closing, Close(product, leaves, rows, rows_may, tolerance, exchange));
+    ASSIGN_OR_RETURN(closing, Close(product, leaves, start, rows, rows_may, tolerance, exchange));
     times.closure_s += watch.cpu_s();
     times.closure_products += closing.products;
     return {};
@@ -151,9 +152,11 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
   RETURN_IF_ERROR(AddPassedLight(product, solution.irradiance, leaves));
   ASSIGN_OR_RETURN(
       const ErrorEstimate errors,
-      EstimateError(product, tree, leaves, solution.irradiance, given,
-                    group_scene ? Previous() : Previous{start, old_leaf, snapshot.round == 0},
-                    solution, exchange));
+      EstimateError(
+          product, tree, leaves, solution.irradiance,
+          plan.closure ? std::span<const RowMeasure>(rows) : std::span<const RowMeasure>(), given,
+          group_scene ? Previous() : Previous{start, old_leaf, snapshot.round == 0}, solution,
+          exchange));
   const Stopwatch absorbing(pool);
   RETURN_IF_ERROR(AddAbsorbedPower(between, leaves, solution.irradiance, plan.interreflection,
                                    product, exchange, report));
@@ -194,10 +197,12 @@ Status Shard::Impl::AddErrors(const ActiveNodes& nodes, const LeafSystem& leaves
                               RoundReport& report) const {
   std::vector<NodeId> ids;
   for (const uint32_t node : nodes.leaves) ids.push_back(tree.node(node).id);
+  std::vector<double> off = closing.off;
+  for (size_t i = 0; i < off.size(); ++i) off[i] += scout.unseen_openings[ids[i].surface];
   ASSIGN_OR_RETURN(
       const ErrorSpread spread,
-      SpreadError(leaves, ids, solution.irradiance, errors, closing.off,
-                  solution.largest_eigenvalue, hierarchy.clusters()[0].area_m2, exchange));
+      SpreadError(leaves, ids, solution.irradiance, errors, off, solution.largest_eigenvalue,
+                  hierarchy.clusters()[0].area_m2, exchange));
   report.error_estimate = spread.total;
   report.error_rms = spread.rms;
   report.error_closure = spread.closure;
@@ -237,7 +242,9 @@ std::vector<RowMeasure> Shard::Impl::MeasureRows(const ActiveNodes& nodes,
   std::vector<RowMeasure> rows(escape.size());
   for (size_t i = 0; i < rows.size(); ++i) {
     const NodeId& id = tree.node(nodes.leaves[i]).id;
-    if (scout.closed[id.surface] != 0) continue;
+    // Where nothing is seen to leave, nothing is taken to: see unseen_openings.
+    const bool none_leaves = escape[i] == 0 && scout.unseen_openings[id.surface] > 0;
+    if (scout.closed[id.surface] != 0 || none_leaves) continue;
     const double ray_count =
         id.is_surface() ? scout.rays[id.surface] : EscapeRays(nodes.leaves[i]) + kPriorRays;
     // By the share of the whole surface: a leaf whose rays all stay by chance is not more certain.

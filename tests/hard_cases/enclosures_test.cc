@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "client/output/patch_locator.h"
 #include "common/util/random.h"
 #include "tests/hard_cases/hard_case.h"
 #include "tests/support/hard_scenes.h"
@@ -24,6 +25,47 @@ void Scatter(SceneSketch& sketch, const Vec3& low, const Vec3& high, int n, uint
     const Vec3 at(i % n, i / n % n, i / n / n);
     sketch.Box(low + (high - low) * (cell * (at + 0.3)), low + (high - low) * (cell * (at + 0.6)),
                false, material, kFrontTakesPart);
+  }
+}
+
+// ---- furnaces
+
+// Whole solves, from the first round to the faces of the patch file.
+TEST(HardEnclosures, FurnacesThatReflectNearlyAll) {
+  HardCase even("22c", "white furnace, rho .5 to .99999, solved to 5 %",
+                "|B(1-rho)/E - 1| of every face", 0.01);
+  HardCase kept("22d", "the same", "imbalance of energy", 1e-3);
+  HardCase few("22e", "the same", "thousands of links", 5);
+  for (const double rho : {0.5, 0.9, 0.99, 0.999, 0.99999}) {
+    const SolveResult result = SolveScene(FurnaceCube(rho, 3.0), 0.05);
+    const std::string where = fmt::format("rho {}", rho);
+    for (const PatchFace& face : result.patch.faces) {
+      even.Measure(std::abs(face.radiosity[0] * (1 - rho) / 3.0 - 1), where);
+    }
+    kept.Measure(result.summary.rounds.back().energy_imbalance, where);
+    few.Measure(1e-3 * static_cast<double>(result.summary.rounds.back().links), where);
+  }
+}
+
+TEST(HardEnclosures, AFurnishedRoomThatReflectsNearlyAll) {
+  HardCase kept("23e", "closed room with boxes under its lamp, rho .9 to .9999, solved to 10 %",
+                "imbalance of energy", 1e-3);
+  HardCase told("23f", "the same", "|power absorbed by the faces over power - 1| over the estimate",
+                1);
+  for (const double rho : {0.9, 0.99, 0.999, 0.9999}) {
+    Scene scene = FurnishedRoom();
+    for (Material& material : scene.materials) material.reflectance = Rgb(rho);
+    const SolveResult result = SolveScene(scene, 0.1);
+    const RoundSummary& last = result.summary.rounds.back();
+    double absorbed_w = 0;
+    for (const PatchFace& face : result.patch.faces) {
+      const double area_m2 = glm::length(AreaVector(CornersOf(result.patch, face)));
+      absorbed_w += area_m2 * (1 - rho) * face.irradiance[0];
+    }
+    kept.Measure(last.energy_imbalance, fmt::format("rho {}", rho));
+    told.Measure(
+        std::abs(absorbed_w / last.emitted_w[0] - 1) / last.error_estimate,
+        fmt::format("rho {}: stated {:.2g}, {} links", rho, last.error_estimate, last.links));
   }
 }
 

@@ -64,6 +64,7 @@ struct LinkBench {
           Lanes{surface.exitance.x, surface.exitance.y, surface.exitance.z, 0});
       system.closure.push_back(1);
       system.inheritance.push_back(1);
+      system.returned.push_back(0);
     }
   }
 
@@ -74,10 +75,11 @@ struct LinkBench {
     return values;
   }
 
-  // Closes the rows as those of a closed room.
+  // Closes the rows as those of a closed room so bright that nothing in it is rather a lamp.
   Result<ClosureSummary> CloseRows(double tolerance) {
-    return Close(*product, system, std::vector<RowMeasure>(system.size()), RowsMay::kRiseAndFall,
-                 tolerance, exchange);
+    return Close(*product, system, std::vector<Lanes>(system.size(), Splat(1e9)),
+                 std::vector<RowMeasure>(system.size()), RowsMay::kRiseAndFall, tolerance,
+                 exchange);
   }
 
   std::vector<Lanes> Irradiance(const std::vector<Lanes>& radiosity) {

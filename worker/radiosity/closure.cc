@@ -132,6 +132,25 @@ class Closer {
     for (size_t i = 0; i < leaves_.size(); ++i) ScaleAll(i);
   }
 
+  // Rows that are longer than they must be no longer are; others lose by it.
+  void BringDown() {
+    for (size_t i = 0; i < leaves_.size(); ++i) {
+      if (Row(i) > target_[i]) leaves_.closure[i] *= target_[i] / Row(i);
+    }
+  }
+
+  // What rows lack comes back, except where leaves are rather lamps.
+  void Return(std::span<const Lanes> irradiance) {
+    for (size_t i = 0; i < leaves_.size(); ++i) {
+      const double passes_on = leaves_.specular.empty() ? 1.0 : 1 - leaves_.specular[i];
+      const Lanes& e = leaves_.exitance[i];
+      const Lanes reflected = leaves_.reflectance[i] * irradiance[i];
+      const bool lamp = e[0] + e[1] + e[2] > reflected[0] + reflected[1] + reflected[2];
+      const double lacking = std::max(0.0, target_[i] - Row(i));
+      leaves_.returned[i] = !lamp && passes_on > 0 ? lacking / passes_on : 0.0;
+    }
+  }
+
   uint32_t products() const { return products_; }
   const std::vector<double>& off() const { return off_; }
 
@@ -179,6 +198,7 @@ class Closer {
 }  // namespace
 
 Result<ClosureSummary> Close(Product& product, LeafSystem& leaves,
+                             std::span<const Lanes> irradiance,
                              std::span<const RowMeasure> measured, RowsMay rows_may,
                              double tolerance, Exchange& exchange) {
   Closer closer(product, leaves, measured, exchange);
@@ -194,8 +214,7 @@ Result<ClosureSummary> Close(Product& product, LeafSystem& leaves,
       summary.bend = closer.Bends();
     }
     if (summary.worst_after <= tolerance || summary.products >= kMostProducts) {
-      summary.off = closer.off();
-      return summary;
+      break;
     }
     if (summary.products < kMostInheritedProducts && summary.worst_after > kInheritanceTolerance) {
       closer.ScaleInheritance();
@@ -203,6 +222,13 @@ Result<ClosureSummary> Close(Product& product, LeafSystem& leaves,
       closer.ScaleAll();
     }
   }
+  closer.BringDown();
+  RETURN_IF_ERROR(closer.MakeRows());
+  ASSIGN_OR_RETURN(summary.worst_after, closer.FarthestOff());
+  summary.products = closer.products();
+  summary.off = closer.off();
+  closer.Return(irradiance);
+  return summary;
 }
 
 }  // namespace isolux

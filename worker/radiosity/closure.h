@@ -6,6 +6,10 @@
 // What falls on a mirror arrives once more behind it: with k_s the specular share of the leaf at
 // the other end, Σ C (1 − k_s) is the area less what escapes, over links through mirrors and others
 // alike. So power is conserved: by symmetry Σ A (1 − k_s) H = Σ A (1 − o) B.
+//
+// What rows lack in the end, of which 1/(1 − ρ) times as much would be lost, comes back to the leaf
+// itself, as if from surfaces as bright as it is. Then rows add up to the last bit, for any
+// reflectance; lamps, which are brighter than all around them, go without.
 #pragma once
 
 #include "worker/radiosity/solver.h"
@@ -31,12 +35,15 @@ struct ClosureSummary {
 // What rows may be made to add up to.
 enum class RowsMay { kRiseAndFall, kFall };
 
-// Improves leaves.inheritance and leaves.closure, starting from what is there, until every row is
-// what it must be to `tolerance`, or twenty products are spent. That is, where `measured` is not
-// certain, the mean of what the links and what the rays say, weighted by how far rows scatter and
-// rays may be off: pulling each row by a share of its distance leaves the mean of all rows where it
-// is, which holding rows within bounds does not, since they are off by more above than below.
+// Sets leaves.returned after it has improved leaves.inheritance and leaves.closure, starting from
+// what is there, until every row is what it must be to `tolerance`, or twenty products are spent.
+// That is, where `measured` is not certain, the mean of what the links and what the rays say,
+// weighted by how far rows scatter and rays may be off: pulling each row by a share of its distance
+// leaves the mean of all rows where it is, which holding rows within bounds does not, since they
+// are off by more above than below. `irradiance`: at own leaves as far as it is known, to tell what
+// is a lamp.
 Result<ClosureSummary> Close(Product& product, LeafSystem& leaves,
+                             std::span<const Lanes> irradiance,
                              std::span<const RowMeasure> measured, RowsMay rows_may,
                              double tolerance, Exchange& exchange);
 

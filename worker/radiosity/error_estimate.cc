@@ -96,6 +96,7 @@ void AddChange(const LeafSystem& leaves, std::span<const Lanes> irradiance,
 
 Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const LeafSystem& leaves,
                                     std::span<const Lanes> irradiance,
+                                    std::span<const RowMeasure> rows,
                                     std::span<const GivenIrradiance> given,
                                     const Previous& previous, const SolverResult& solved,
                                     Exchange& exchange) {
@@ -124,6 +125,7 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
   const double lit_area = totals.sums[1].Value();
   if (!(arriving > 0)) return estimate;
   const double unit = arriving / lit_area;
+  const double mean_albedo = 1 - totals.sums[2].Value() / lit_area;
 
   ASSIGN_OR_RETURN(const auto squares, SumSquares(product, tree, radiosity, unit));
   ASSIGN_OR_RETURN(const auto arriving_light, SumArrivingLight(product, tree, radiosity, unit));
@@ -159,7 +161,9 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
     parts.sums[0].Add(area * l.spread);
     parts.sums[1].Add(area * l.visibility);
     parts.sums[2].Add(area * l.coupling);
-    const double reflected = area * AlbedoOf(leaves, i) * Root(l.total, unreflected);
+    const double lost_elsewhere = !rows.empty() && rows[i].deviation == 0 ? mean_albedo : 0.0;
+    const double reflected = area * Root((AlbedoOf(leaves, i) - lost_elsewhere) * l.total,
+                                         AlbedoOf(leaves, i) * unreflected);
     parts.sums[3].Add(reflected * reflected);
     parts.sums[4].Add(area * light.UnevenReturn(SumOf(leaves.reflectance[i]) / 3));
   }

@@ -1,11 +1,13 @@
 // How wrong the gathered irradiance is, and why: for each link the error it leaves at either end
 // once irradiance is gathered point by point (the variation over the receiver is then gone), summed
 // as independent over the links of a leaf and of all above it, plus what these errors do to the
-// ambient light of the scene.
+// ambient light of the scene. Where rows are closed for certain, what one leaf gets too much others
+// lack: ambient light changes only as far as the one reflects more than the others.
 #pragma once
 
 #include <vector>
 
+#include "worker/radiosity/closure.h"
 #include "worker/radiosity/light_field.h"
 #include "worker/radiosity/solver.h"
 
@@ -33,9 +35,10 @@ struct Previous {
 };
 
 // Three products. `irradiance`: H of own leaves; `given`: what of it lights bring, empty where
-// there are none.
+// there are none; `rows`: what the rows of own leaves were closed to, empty where they were not.
 Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const LeafSystem& leaves,
                                     std::span<const Lanes> irradiance,
+                                    std::span<const RowMeasure> rows,
                                     std::span<const GivenIrradiance> given,
                                     const Previous& previous, const SolverResult& solved,
                                     Exchange& exchange);

@@ -21,7 +21,8 @@ Result<ErrorSpread> SpreadError(const LeafSystem& leaves, std::span<const NodeId
     return irradiance[i][0] + irradiance[i][1] + irradiance[i][2];
   };
   Reduction reduction;
-  reduction.sums.resize(5);  // of A H, of lit A, of A e, of A e², of what rows miss
+  // Of A H, of lit A, of A e, of A e², of what rows miss, and of what comes back instead.
+  reduction.sums.resize(6);
   for (size_t i = 0; i < leaves.size(); ++i) {
     const double area = leaves.area_m2[i], arriving = arriving_at(i);
     if (!(arriving > 0)) continue;
@@ -32,14 +33,17 @@ Result<ErrorSpread> SpreadError(const LeafSystem& leaves, std::span<const NodeId
     reduction.sums[3].Add(area * error * error);
     const double from_lights =
         leaves.given.empty() ? 0.0 : leaves.given[i][0] + leaves.given[i][1] + leaves.given[i][2];
-    reduction.sums[4].Add(area * (row_off.empty() ? 0.0 : row_off[i]) *
-                          std::max(0.0, arriving - from_lights));
+    const double off = area * (row_off.empty() ? 0.0 : row_off[i]);
+    const double by_links = off * std::max(0.0, arriving - from_lights);
+    reduction.sums[leaves.returned[i] > 0 ? 5 : 4].Add(by_links);
   }
   ASSIGN_OR_RETURN(const Reduction totals, exchange.Reduce(std::move(reduction)));
   ErrorSpread spread;
   const double arriving = totals.sums[0].Value(), lit_m2 = totals.sums[1].Value();
   if (!(arriving > 0)) return spread;
-  spread.closure = totals.sums[4].Value() / (arriving * std::max(1e-6, 1 - largest_eigenvalue));
+  // What comes back is neither made nor lost, only in the wrong place.
+  const double made = totals.sums[4].Value() / std::max(1e-6, 1 - largest_eigenvalue);
+  spread.closure = (made + totals.sums[5].Value()) / arriving;
   spread.total = estimate.total + spread.closure;
   // The leaves' own errors without what is known of the whole alone; that is laid on them evenly.
   const double local = totals.sums[2].Value() / arriving;

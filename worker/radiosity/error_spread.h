@@ -10,10 +10,12 @@
 namespace isolux {
 
 struct ErrorSpread {
-  double closure = 0;  // share of the light that the rows' residuals make or lose, with all bounces
-  double rms = 0;      // √(mean |ΔH|²) / mean H, closure included
-  double total = 0;    // the estimate's total with it
-  LocalErrors local;   // of own leaves, relative to max(H, 5 % of the mean)
+  // Share of the light that the rows' residuals make or lose, with all bounces, or put in the wrong
+  // place.
+  double closure = 0;
+  double rms = 0;     // √(mean |ΔH|²) / mean H, closure included
+  double total = 0;   // the estimate's total with it
+  LocalErrors local;  // of own leaves, relative to max(H, 5 % of the mean)
 };
 
 // One reduction. `ids`, `row_off`: of own leaves, the latter as ClosureSummary has them, empty

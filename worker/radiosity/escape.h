@@ -19,6 +19,9 @@ struct Scout {
   std::vector<uint32_t> rays;   // that tell so
   std::vector<uint8_t> closed;  // whether none of n pooled rays left the surface's component of the
                                 // scene, with n ≥ 15/(a (1 − ρ̄)) for the accuracy a
+  // Where no ray left either, but they are too few to say so: what openings that none of them found
+  // may change the light by, 1/(n (1 − ρ̄)), as share of it; else 0.
+  std::vector<float> unseen_openings;
   std::vector<uint32_t> component;  // the lowest surface of the surface's component
 };
 

@@ -95,6 +95,7 @@ LeafSystemOf<Single> EmittingOne(const LeafSystem& leaves, std::span<const doubl
   unit.area_m2 = leaves.area_m2;
   unit.closure = leaves.closure;
   unit.inheritance = leaves.inheritance;
+  unit.returned = leaves.returned;
   unit.specular = leaves.specular;
   for (size_t i = 0; i < leaves.size(); ++i) {
     double share = LargestOf(leaves.reflectance[i] + TakenBy(leaves, i));

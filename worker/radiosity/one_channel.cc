@@ -16,6 +16,7 @@ LeafSystemOf<Single> ToOneChannel(const LeafSystem& leaves, const EffectsPlan& p
   grey.area_m2 = leaves.area_m2;
   grey.closure = leaves.closure;
   grey.inheritance = leaves.inheritance;
+  grey.returned = leaves.returned;
   grey.specular = leaves.specular;
   grey.reflectance.reserve(leaves.size());
   grey.exitance.reserve(leaves.size());

@@ -22,7 +22,11 @@ Status LinkTransportOf<V>::Apply(LinkScope scope, std::span<const V> radiosity, 
 template <typename V>
 Status LinkTransportOf<V>::Irradiance(std::span<const V> radiosity, const V& bound,
                                       std::span<V> irradiance) {
-  return Apply(LinkScope::kAll, radiosity, bound, irradiance);
+  RETURN_IF_ERROR(Apply(LinkScope::kAll, radiosity, bound, irradiance));
+  for (size_t i = 0; i < radiosity.size(); ++i) {
+    irradiance[i] += radiosity[i] * leaves_.returned[i];
+  }
+  return {};
 }
 
 template <typename V>
@@ -48,7 +52,8 @@ void LinkTransportOf<V>::Sweep(std::span<V> radiosity, std::span<const V> from_o
   for (size_t i = 0; i < radiosity.size(); ++i) scaled_[i] = radiosity[i] * leaves_.closure[i];
   rows().Sweep(std::span<V>(scaled_), [&](size_t leaf, const V& arriving) {
     const double d = leaves_.closure[leaf];
-    radiosity[leaf] = update(leaf, from_others[leaf] + d * arriving);
+    const V returned = radiosity[leaf] * leaves_.returned[leaf];
+    radiosity[leaf] = update(leaf, from_others[leaf] + d * arriving + returned);
     return radiosity[leaf] * d;
   });
 }
@@ -58,6 +63,7 @@ void LinkTransportOf<V>::Shoot(size_t leaf, const V& radiosity, std::span<V> irr
   rows().Shoot(leaf, radiosity * leaves_.closure[leaf], [&](size_t i, const V& arriving) {
     irradiance[i] += arriving * leaves_.closure[i];
   });
+  irradiance[leaf] += radiosity * leaves_.returned[leaf];
 }
 
 template class LinkTransportOf<Single>;

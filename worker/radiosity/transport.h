@@ -26,8 +26,10 @@ struct LeafSystemOf {
   std::vector<V> given;             // irradiance that lights bring, W/m²; empty: there are none
   std::vector<double> closure;      // factor d of the symmetric closure D C D
   std::vector<double> inheritance;  // factor of what comes from the nodes above
-  std::vector<double> specular;     // share reflected as by a mirror; empty: there are no mirrors
-  std::vector<V> transmittance;     // of translucent sheets; empty: there are none
+  // Of its radiosity, what comes back to a leaf itself: what its row lacks after closing, 0 to 1.
+  std::vector<double> returned;
+  std::vector<double> specular;  // share reflected as by a mirror; empty: there are no mirrors
+  std::vector<V> transmittance;  // of translucent sheets; empty: there are none
   std::vector<Reradiation> reradiation;  // empty: nothing fluoresces
   std::vector<V> passed_on;  // of the exitance, what comes through a sheet, W/m²; empty: not in it
 
@@ -58,13 +60,14 @@ class TransportOf {
 };
 using Transport = TransportOf<Lanes>;
 
-// Over the links of a round, with the closure's factors applied on both sides.
+// Over the links of a round, with the closure's factors applied on both sides, and what comes back
+// to each leaf itself.
 template <typename V>
 class LinkTransportOf final : public TransportOf<V> {
  public:
   using typename TransportOf<V>::Update;
 
-  // All three outlive it. `leaves.closure` may change between solutions.
+  // All three outlive it. `leaves.closure` and `leaves.returned` may change between solutions.
   LinkTransportOf(Product& product, const LeafSystemOf<V>& leaves)
       : product_(product), leaves_(leaves) {}
 
