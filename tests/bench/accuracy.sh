@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Writes the tables and the plot of docs/accuracy.md anew: sweeps over five published scenes and the
+# Writes the tables of docs/results.md and the plot of it and docs/accuracy.md anew: sweeps over five published scenes and the
 # project's room, with two workers of one thread, by the programs of a release build.
 #   tests/bench/accuracy.sh FOLDER [BUILD]
 # FOLDER holds the scenes, one folder each, NAME/NAME.obj. Takes some minutes of a quiet machine.
@@ -22,7 +22,7 @@ sweep() {
   names+=("$name")
 }
 sweep room "$root/scenes/room.obj" 0.2,0.1,0.05
-sweep cornell_box "$folder/cornell_box/cornell_box.obj" 0.2,0.1,0.05,0.02 --unit mm
+sweep cornell_box "$folder/cornell_box/cornell_box.obj" 0.2,0.1,0.05,0.02,0.01,0.005 --unit mm
 sweep rp_cube "$folder/rp_cube/rp_cube.obj" 0.2,0.1,0.05 --emit both
 sweep rp_corridor "$folder/rp_corridor/rp_corridor.obj" 0.2,0.1,0.05 --emit both
 sweep simple_office "$folder/simple_office/simple_office.obj" 0.2,0.1,0.05 --emit both
@@ -85,5 +85,5 @@ awk -v table="$work/tables.md" '
   /^<!-- end of sweeps -->$/ { skip = 0 }
   !skip { print }
   /^<!-- sweeps -->$/ { while ((getline line < table) > 0) print line; skip = 1 }
-' "$root/docs/accuracy.md" >"$work/page.md"
-cp "$work/page.md" "$root/docs/accuracy.md"
+' "$root/docs/results.md" >"$work/page.md"
+cp "$work/page.md" "$root/docs/results.md"
