@@ -12,6 +12,9 @@ namespace {
 constexpr double kFirst = 0.02;  // ε_1 over emitted power: some hundred links in a plain room
 // Where light is reflected more often than that, ε_1 is over what arrives in all and over this.
 constexpr double kOrdinaryAmplification = 10;
+// Where more than so many times as much would arrive from lights unhindered, as in a closed house
+// in the sun, ε_1 was far too large to see the lamps inside: it is taken anew.
+constexpr double kHindered = 4;
 constexpr double kLeast = 1e-13;  // ε over emitted power that single precision cannot resolve
 constexpr double kPlainStep = 1.0 / 4;
 constexpr double kWorthARound = 0.7;  // a time budget that allows no smaller step ends the rounds
@@ -154,12 +157,14 @@ ScheduleDecision DecideNext(const ScheduleInput& input) {
   const double accuracy = RoundAccuracy(input);
   if (input.finish && !input.rounds.empty()) return Stop(EndReason::kFinished);
   if (!options.epsilons.empty()) return FollowList(input, accuracy);
-  if (input.rounds.empty()) {
-    const double magnified = std::max(1.0, input.amplification / kOrdinaryAmplification);
-    return {false, {}, kFirst * magnified * input.emitted_w, accuracy};
-  }
+  const double first = kFirst * std::max(1.0, input.amplification / kOrdinaryAmplification);
+  if (input.rounds.empty()) return {false, {}, first * input.emitted_w, accuracy};
 
   const RoundSummary& last = input.rounds.back();
+  const double arrived_w = last.emitted_w[0] + last.emitted_w[1] + last.emitted_w[2];
+  if (arrived_w > 0 && last.epsilon > kHindered * first * arrived_w) {
+    return {false, {}, first * arrived_w, accuracy};
+  }
   if (IsAccurate(input)) return Stop(EndReason::kAccuracy);
   if (input.rounds.size() >= options.max_rounds) return Stop(EndReason::kRounds);
 

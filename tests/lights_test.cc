@@ -254,6 +254,8 @@ TEST(Lights, NoLightComesThroughWalls) {
   const SolveResult with = Solve(scene, 0.1, "+occlusion"), without = Solve(dark, 0.1);
   for (int c = 0; c < 3; ++c) {
     EXPECT_EQ(with.summary.rounds.back().emitted_w[c], without.summary.rounds.back().emitted_w[c]);
+    // The lamp inside is not lost beside what shines outside.
+    EXPECT_NEAR(with.summary.rounds.back().absorbed_w[c], 2, 0.02);
   }
 }
 

@@ -12,6 +12,7 @@
 #include "worker/radiosity/folded_path.h"
 #include "worker/radiosity/polygon_sampler.h"
 #include "worker/radiosity/polygon_seen.h"
+#include "worker/radiosity/shut_out.h"
 
 namespace isolux {
 namespace {
@@ -133,17 +134,20 @@ LightField::LightField(const Hierarchy& hierarchy, const RayScene& rays, const M
     : hierarchy_(hierarchy),
       rays_(rays),
       mirrors_(mirrors),
+      scout_(scout),
       shadows_(plan.occlusion),
       seed_(seed),
       far_m_(2 * hierarchy.extent_m()),
       panes_(panes),
       finest_(accuracy < kFineAccuracy ? 2 * kFinestCells : kFinestCells) {
   if (medium != nullptr) medium_ = MediumInBox{*medium, hierarchy.clusters()[0].bounds};
-  for (const Light& light : hierarchy.scene().lights) {
+  const auto lit = ClosedComponentsLit(hierarchy, rays, scout, seed);
+  for (size_t l = 0; l < lit.size(); ++l) {
+    const Light& light = hierarchy.scene().lights[l];
     if (!(light.is_sun() ? plan.sun : plan.lights)) continue;
-    AddSource(light, nullptr);
+    AddSource(light, nullptr, lit[l]);
     power_w_ += BroughtPower(hierarchy, light);
-    for (const MirrorImage& image : mirrors.images()) AddSource(light, &image);
+    for (const MirrorImage& image : mirrors.images()) AddSource(light, &image, {});
   }
   const Sky& sky = hierarchy.scene().sky;
   if (!plan.sky || !sky.exists()) return;
@@ -160,8 +164,14 @@ LightField::LightField(const Hierarchy& hierarchy, const RayScene& rays, const M
   }
 }
 
-void LightField::AddSource(const Light& light, const MirrorImage* image) {
-  Source source{light, {}, {}, image, light};
+bool LightField::IsShutOut(const Source& source, uint32_t surface) const {
+  return shadows_ && source.image == nullptr && scout_.closed[surface] != 0 &&
+         !std::ranges::binary_search(source.lights_up, scout_.component[surface]);
+}
+
+void LightField::AddSource(const Light& light, const MirrorImage* image,
+                           std::vector<uint32_t> lights_up) {
+  Source source{light, {}, {}, image, light, std::move(lights_up)};
   if (image != nullptr) {
     source.light.position_m = image->image.Point(light.position_m);
     source.light.direction = image->image.Direction(light.direction);
@@ -221,6 +231,7 @@ double LightField::MostPower(const NodeId& id, const ConvexPolygon& polygon) con
   for (const auto* sources : {&lights_, &suns_}) {
     for (const Source& source : *sources) {
       const Light& light = source.light;
+      if (IsShutOut(source, id.surface)) continue;
       if (light.kind == LightKind::kDirectional) {
         most += std::max(0.0, -glm::dot(normal, light.direction)) * SumOf(light.intensity);
         continue;
@@ -302,6 +313,7 @@ struct LightField::LeftRange {
 
 void LightField::AddLight(const Source& source, const NodeId& id, const ConvexPolygon& polygon,
                           const Samples& samples, GivenIrradiance* sum) const {
+  if (IsShutOut(source, id.surface)) return;
   const Light& light = source.light;
   const bool distant = light.kind == LightKind::kDirectional;
   const double cosine = -glm::dot(samples.normal, light.direction);

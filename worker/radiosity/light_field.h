@@ -66,6 +66,7 @@ class LightField {
     Vec3 side{0.0}, across{0.0};
     const MirrorImage* image = nullptr;
     Light original = {};
+    std::vector<uint32_t> lights_up = {};  // closed components that it is in
   };
   struct Arrival;
   struct LeftRange;
@@ -82,7 +83,9 @@ class LightField {
 
   Arrival ArrivalAt(const Source& source, const Vec3& point, const Vec3& normal,
                     const std::array<double, 2>& disc) const;
-  void AddSource(const Light& light, const MirrorImage* image);
+  void AddSource(const Light& light, const MirrorImage* image, std::vector<uint32_t> lights_up);
+  // Whether the light is outside of the closed component that the surface is in.
+  bool IsShutOut(const Source& source, uint32_t surface) const;
   Rgb LeftByPanes(const Source& source, const Vec3& point, const Vec3& from) const;
   Rgb LeftFromOutside(const Source& source, const Vec3& point) const;
   Rgb Intensity(const Source& source, const Vec3& direction) const;
@@ -106,6 +109,7 @@ class LightField {
   const Hierarchy& hierarchy_;
   const RayScene& rays_;
   const Mirrors& mirrors_;
+  const Scout& scout_;
   bool shadows_;
   uint64_t seed_;
   double far_m_;  // beyond all of the scene
