@@ -38,17 +38,6 @@ double SecondsSince(Clock::time_point start) {
 }
 
 // Of options that were checked when the job was handed in.
-// About how much more light arrives than is emitted: 1/(1 − ρ̄) over all sides that take part.
-double AmplificationIn(const Hierarchy& hierarchy) {
-  double area_m2 = 0, reflecting_m2 = 0;
-  for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
-    const Rgb& rho = hierarchy.surfaces()[s].reflectance;
-    area_m2 += hierarchy.surface_area_m2(s);
-    reflecting_m2 += hierarchy.surface_area_m2(s) * std::max({rho.x, rho.y, rho.z});
-  }
-  return 1 / std::max(1e-6, 1 - reflecting_m2 / std::max(area_m2, reflecting_m2));
-}
-
 EffectsTable Plan(const Hierarchy& hierarchy, const SolveOptions& options,
                   std::span<const MeasuredEffect> measured) {
   return PlanEffects(hierarchy, options.accuracy,

@@ -152,6 +152,16 @@ double RoundAccuracy(const ScheduleInput& input) {
 
 }  // namespace
 
+double AmplificationIn(const Hierarchy& hierarchy) {
+  double area_m2 = 0, reflecting_m2 = 0;
+  for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
+    const Rgb& rho = hierarchy.surfaces()[s].reflectance;
+    area_m2 += hierarchy.surface_area_m2(s);
+    reflecting_m2 += hierarchy.surface_area_m2(s) * std::max({rho.x, rho.y, rho.z});
+  }
+  return 1 / std::max(1e-6, 1 - reflecting_m2 / area_m2);
+}
+
 ScheduleDecision DecideNext(const ScheduleInput& input) {
   const SolveOptions& options = input.options;
   const double accuracy = RoundAccuracy(input);
@@ -162,7 +172,8 @@ ScheduleDecision DecideNext(const ScheduleInput& input) {
 
   const RoundSummary& last = input.rounds.back();
   const double arrived_w = last.emitted_w[0] + last.emitted_w[1] + last.emitted_w[2];
-  if (arrived_w > 0 && last.epsilon > kHindered * first * arrived_w) {
+  const bool hindered = arrived_w > 0 && last.epsilon > kHindered * first * arrived_w;
+  if (hindered && input.rounds.size() < options.max_rounds) {
     return {false, {}, first * arrived_w, accuracy};
   }
   if (IsAccurate(input)) return Stop(EndReason::kAccuracy);

@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 
+#include "common/hierarchy/hierarchy.h"
 #include "common/hierarchy/shard_data.h"
 #include "common/scene/solve_options.h"
 
@@ -19,7 +20,7 @@ namespace isolux {
 struct ScheduleInput {
   SolveOptions options;
   double emitted_w = 0;                  // over the channels
-  double amplification = 1;              // what arrives over what is emitted, about 1/(1 − ρ̄)
+  double amplification = 1;              // see AmplificationIn
   std::span<const RoundSummary> rounds;  // so far
   ErrorHistogram histogram;              // of the links as they are, over all workers
   double seconds = 0;                    // since the start of the job
@@ -35,5 +36,9 @@ struct ScheduleDecision {
 };
 
 ScheduleDecision DecideNext(const ScheduleInput& input);
+
+// About what arrives over what is emitted: 1/(1 − ρ̄) over all sides that take part, of the channel
+// in which each reflects most; at most 1e6.
+double AmplificationIn(const Hierarchy& hierarchy);
 
 }  // namespace isolux

@@ -416,16 +416,11 @@ TEST(Mirrors, NeglectCostsNoMoreThanItsBound) {
   EXPECT_TRUE(
       PlanEffects(Hierarchy(scene), 0.05, {EffectsChoice::Base::kAll, {}, {}}).plan.mirrors);
   const EffectsTable table = PlanEffects(Hierarchy(scene), 0.05, {});
-  SolveOptions options;
-  options.epsilons = {1e-2, 1e-3};
-  const auto power = [&](const char* effects) {
-    options.effects = effects;
-    const SolveResult result = SolveScene(scene, options);
+  const double cost = CostOfNeglecting(scene, "mirrors", [](const SolveResult& result) {
     double sum = 0;
     for (uint32_t p = 0; p < 7; ++p) sum += PowerOn(result, p);
     return sum;
-  };
-  const double cost = 1 - power("-mirrors") / power("+mirrors");
+  });
   EXPECT_LT(std::abs(cost), *std::ranges::find(table.effects, "mirrors", &Effect::name)->bound);
 }
 

@@ -333,16 +333,11 @@ TEST(Sheets, NeglectCostsNoMoreThanItsBound) {
   EXPECT_FALSE(PlanEffects(Hierarchy(scene), 0.05, {}).plan.sheets);
   EXPECT_TRUE(PlanEffects(Hierarchy(scene), 0.05, {EffectsChoice::Base::kAll, {}, {}}).plan.sheets);
   const EffectsTable table = PlanEffects(Hierarchy(scene), 0.05, {});
-  SolveOptions options;
-  options.epsilons = {1e-2, 1e-3};
-  const auto power = [&](const char* effects) {
-    options.effects = effects;
-    const SolveResult result = SolveScene(scene, options);
+  const double cost = CostOfNeglecting(scene, "sheets", [](const SolveResult& result) {
     double sum = 0;
     for (uint32_t p = 0; p < 6; ++p) sum += (p < 4 ? 1.5 : 1.0) * MeansOn(result, p).irradiance;
     return sum;
-  };
-  const double cost = 1 - power("-sheets") / power("+sheets");
+  });
   EXPECT_LT(std::abs(cost), *std::ranges::find(table.effects, "sheets", &Effect::name)->bound);
 }
 

@@ -197,11 +197,13 @@ Status Shard::Impl::AddErrors(const ActiveNodes& nodes, const LeafSystem& leaves
                               RoundReport& report) const {
   std::vector<NodeId> ids;
   for (const uint32_t node : nodes.leaves) ids.push_back(tree.node(node).id);
-  std::vector<double> off = closing.off;
-  for (size_t i = 0; i < off.size(); ++i) off[i] += scout.unseen_openings[ids[i].surface];
+  ClosureSummary rows = closing;
+  for (size_t i = 0; i < rows.misplaced.size(); ++i) {
+    rows.misplaced[i] += scout.unseen_openings[ids[i].surface];
+  }
   ASSIGN_OR_RETURN(
       const ErrorSpread spread,
-      SpreadError(leaves, ids, solution.irradiance, errors, off, solution.largest_eigenvalue,
+      SpreadError(leaves, ids, solution.irradiance, errors, rows, solution.largest_eigenvalue,
                   hierarchy.clusters()[0].area_m2, exchange));
   report.error_estimate = spread.total;
   report.error_rms = spread.rms;

@@ -176,6 +176,53 @@ TEST(ScheduleTest, StopsWherePrecisionEnds) {
   EXPECT_EQ(run.reason, EndReason::kPrecision);
 }
 
+// Light that is reflected a thousand times is not looked at a hundred times more closely for it.
+TEST(ScheduleTest, StartsFromWhatArrives) {
+  ScheduleInput input;
+  input.emitted_w = 100;
+  const double plain = DecideNext(input).epsilon;
+  input.amplification = 5;
+  EXPECT_EQ(DecideNext(input).epsilon, plain);
+  input.amplification = 1000;
+  EXPECT_DOUBLE_EQ(DecideNext(input).epsilon, 100 * plain);
+}
+
+TEST(ScheduleTest, StartsAnewWhereHardlyAnyLightArrives) {
+  Model model;
+  ScheduleInput input;
+  input.emitted_w = model.emitted_w;
+  input.options.accuracy = 0.5;  // reached by what has seen nothing
+  std::vector<RoundSummary> rounds = {model.Run(1, DecideNext(input).epsilon),
+                                      model.Run(2, 0.5 * DecideNext(input).epsilon)};
+  input.rounds = rounds;
+  rounds.back().emitted_w = {20, 20, 20};
+  EXPECT_TRUE(DecideNext(input).stop);
+  rounds.back().emitted_w = {0.1, 0.1, 0.1};
+  const ScheduleDecision anew = DecideNext(input);
+  EXPECT_FALSE(anew.stop);
+  EXPECT_DOUBLE_EQ(anew.epsilon, 0.02 * 0.3);
+  input.options.max_rounds = 2;
+  EXPECT_TRUE(DecideNext(input).stop);
+}
+
+TEST(ScheduleTest, StopsWhereRowsAloneAreInDoubt) {
+  Model model;
+  ScheduleInput input;
+  input.emitted_w = model.emitted_w;
+  input.options.accuracy = 0.02;
+  std::vector<RoundSummary> rounds = {model.Run(1, 1), model.Run(2, 0.5)};
+  input.rounds = rounds;
+  for (RoundSummary& row : rounds) row.error_closure = 0.025;
+  rounds[1].error_estimate = 0.03;
+  EXPECT_EQ(DecideNext(input).reason, EndReason::kPrecision);
+  EXPECT_TRUE(DecideNext(input).stop);
+  rounds[0].error_closure = 0.05;  // it still falls
+  EXPECT_FALSE(DecideNext(input).stop);
+  rounds[0].error_closure = 0.025;
+  rounds[1].error_estimate = 0.05;  // links have more to say
+  EXPECT_FALSE(DecideNext(input).stop);
+}
+
 TEST(ScheduleTest, FinishEndsAfterARoundAtLeast) {
   ScheduleInput input;
   input.emitted_w = 10;

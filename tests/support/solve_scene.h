@@ -35,4 +35,16 @@ inline SolveResult SolveScene(const Scene& scene, double accuracy, const std::st
   return SolveScene(scene, options, workers);
 }
 
+// Of the power that power_of(result) adds up, the share that is missing without the effect: by the
+// same thresholds.
+template <typename PowerOf>
+double CostOfNeglecting(const Scene& scene, const std::string& effect, const PowerOf& power_of) {
+  SolveOptions options;
+  options.epsilons = {1e-2, 1e-3};
+  options.effects = "-" + effect;
+  const double without = power_of(SolveScene(scene, options));
+  options.effects = "+" + effect;
+  return 1 - without / power_of(SolveScene(scene, options));
+}
+
 }  // namespace isolux::testing

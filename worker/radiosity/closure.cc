@@ -59,7 +59,8 @@ class Closer {
         row_(leaves.size()),
         inherited_(leaves.size()),
         target_(leaves.size(), 0),
-        off_(leaves.size(), 0) {}
+        off_(leaves.size(), 0),
+        misplaced_(leaves.size(), 0) {}
 
   // Rows with the factors of now.
   Status MakeRows() {
@@ -146,13 +147,16 @@ class Closer {
       const Lanes& e = leaves_.exitance[i];
       const Lanes reflected = leaves_.reflectance[i] * irradiance[i];
       const bool lamp = e[0] + e[1] + e[2] > reflected[0] + reflected[1] + reflected[2];
-      const double lacking = std::max(0.0, target_[i] - Row(i));
-      leaves_.returned[i] = !lamp && passes_on > 0 ? lacking / passes_on : 0.0;
+      leaves_.returned[i] = 0;
+      if (lamp || !(passes_on > 0)) continue;
+      leaves_.returned[i] = std::max(0.0, target_[i] - Row(i)) / passes_on;
+      std::swap(off_[i], misplaced_[i]);
     }
   }
 
   uint32_t products() const { return products_; }
   const std::vector<double>& off() const { return off_; }
+  const std::vector<double>& misplaced() const { return misplaced_; }
 
  private:
   // False where the factor is at one of its ends.
@@ -191,7 +195,7 @@ class Closer {
   std::span<const RowMeasure> measured_;
   Exchange& exchange_;
   std::vector<Single> radiosity_, row_, inherited_;
-  std::vector<double> target_, off_;
+  std::vector<double> target_, off_, misplaced_;
   uint32_t products_ = 0;
 };
 
@@ -226,8 +230,9 @@ Result<ClosureSummary> Close(Product& product, LeafSystem& leaves,
   RETURN_IF_ERROR(closer.MakeRows());
   ASSIGN_OR_RETURN(summary.worst_after, closer.FarthestOff());
   summary.products = closer.products();
-  summary.off = closer.off();
   closer.Return(irradiance);
+  summary.off = closer.off();
+  summary.misplaced = closer.misplaced();
   return summary;
 }
 

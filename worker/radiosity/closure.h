@@ -26,7 +26,9 @@ struct ClosureSummary {
   uint32_t products = 0;
   // Of leaves without any factor, how far a row is from what it must be, as share; and in the end.
   double worst_before = 0, worst_after = 0;
-  std::vector<double> off;  // in the end, of each own leaf
+  // Of each own leaf, how far its row is from what it must be in the end, as share: `off` where
+  // that is made or lost, `misplaced` where it comes back to the leaf instead.
+  std::vector<double> off, misplaced;
   // By how much each own leaf's row must change, as share of what it is without any factor: d² − 1
   // if D C D were to do it alone.
   std::vector<double> bend;

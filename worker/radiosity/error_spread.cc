@@ -15,7 +15,7 @@ constexpr double kDarkShare = 0.05;
 
 Result<ErrorSpread> SpreadError(const LeafSystem& leaves, std::span<const NodeId> ids,
                                 std::span<const Lanes> irradiance, const ErrorEstimate& estimate,
-                                std::span<const double> row_off, double largest_eigenvalue,
+                                const ClosureSummary& closing, double largest_eigenvalue,
                                 double scene_area_m2, Exchange& exchange) {
   const auto arriving_at = [&](size_t i) {
     return irradiance[i][0] + irradiance[i][1] + irradiance[i][2];
@@ -31,11 +31,12 @@ Result<ErrorSpread> SpreadError(const LeafSystem& leaves, std::span<const NodeId
     reduction.sums[1].Add(area);
     reduction.sums[2].Add(area * error);
     reduction.sums[3].Add(area * error * error);
+    if (closing.off.empty()) continue;
     const double from_lights =
         leaves.given.empty() ? 0.0 : leaves.given[i][0] + leaves.given[i][1] + leaves.given[i][2];
-    const double off = area * (row_off.empty() ? 0.0 : row_off[i]);
-    const double by_links = off * std::max(0.0, arriving - from_lights);
-    reduction.sums[leaves.returned[i] > 0 ? 5 : 4].Add(by_links);
+    const double by_links = area * std::max(0.0, arriving - from_lights);
+    reduction.sums[4].Add(closing.off[i] * by_links);
+    reduction.sums[5].Add(closing.misplaced[i] * by_links);
   }
   ASSIGN_OR_RETURN(const Reduction totals, exchange.Reduce(std::move(reduction)));
   ErrorSpread spread;

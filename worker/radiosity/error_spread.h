@@ -5,6 +5,7 @@
 #include <span>
 
 #include "common/hierarchy/shard_data.h"
+#include "worker/radiosity/closure.h"
 #include "worker/radiosity/error_estimate.h"
 
 namespace isolux {
@@ -18,11 +19,11 @@ struct ErrorSpread {
   LocalErrors local;  // of own leaves, relative to max(H, 5 % of the mean)
 };
 
-// One reduction. `ids`, `row_off`: of own leaves, the latter as ClosureSummary has them, empty
-// where no rows were closed. `scene_area_m2`: of all sides that take part.
+// One reduction. `ids`: of own leaves; `closing`: empty where no rows were closed. `scene_area_m2`:
+// of all sides that take part.
 Result<ErrorSpread> SpreadError(const LeafSystem& leaves, std::span<const NodeId> ids,
                                 std::span<const Lanes> irradiance, const ErrorEstimate& estimate,
-                                std::span<const double> row_off, double largest_eigenvalue,
+                                const ClosureSummary& closing, double largest_eigenvalue,
                                 double scene_area_m2, Exchange& exchange);
 
 }  // namespace isolux

@@ -164,11 +164,6 @@ LightField::LightField(const Hierarchy& hierarchy, const RayScene& rays, const M
   }
 }
 
-bool LightField::IsShutOut(const Source& source, uint32_t surface) const {
-  return shadows_ && source.image == nullptr && scout_.closed[surface] != 0 &&
-         !std::ranges::binary_search(source.lights_up, scout_.component[surface]);
-}
-
 void LightField::AddSource(const Light& light, const MirrorImage* image,
                            std::vector<uint32_t> lights_up) {
   Source source{light, {}, {}, image, light, std::move(lights_up)};
@@ -189,14 +184,6 @@ Rgb LightField::Intensity(const Source& source, const Vec3& direction) const {
   if (source.image == nullptr) return IntensityTowards(source.light, tables, direction);
   return source.image->share *
          IntensityTowards(source.original, tables, source.image->back.Direction(direction));
-}
-
-uint32_t LightField::Reaches(const Source& source, const RayPacket& packet) const {
-  if (packet.valid == 0) return 0;
-  if (source.image != nullptr) {
-    return VisibleThrough(rays_, mirrors_, *source.image, packet, shadows_);
-  }
-  return shadows_ ? rays_.Visible(packet) : packet.valid;
 }
 
 GivenIrradiance LightField::Over(const NodeId& id, const ConvexPolygon& polygon) const {
@@ -458,25 +445,6 @@ SkyOpenings LightField::OpeningsOf(const NodeId& id, const ConvexPolygon& polygo
   point.seed = Hash(seed_, 0x0be0u, Hash(id.surface, id.path));
   return sky_->OpeningsOf(DrawnIn(polygon, rays_.coordinate_noise_m()), point,
                           AreaShare(polygon) < kSmallShare ? kLeafCells / 2 : kLeafCells);
-}
-
-// Of rays to lights from `first` on: those to lights straight together, others one by one.
-uint32_t LightField::FreeOf(size_t first, const RayPacket& packet) const {
-  RayPacket part = packet;
-  uint32_t free = 0, straight = 0;
-  for (uint32_t left = packet.valid; left != 0; left &= left - 1) {
-    const auto i = static_cast<size_t>(std::countr_zero(left));
-    const Source& source = lights_[first + i];
-    if (source.image == nullptr) {
-      straight |= 1U << i;
-      continue;
-    }
-    part.valid = 1U << i;
-    free |= Reaches(source, part);
-  }
-  part.valid = straight;
-  if (straight != 0) free |= shadows_ ? rays_.Visible(part) : straight;
-  return free;
 }
 
 Rgb LightField::At(const LitPoint& point, const SkyOpenings& openings, LightRays* rays) const {
