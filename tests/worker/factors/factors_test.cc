@@ -4,6 +4,7 @@
 
 #include "tests/support/factor_scenes.h"
 #include "tests/support/polygons.h"
+#include "tests/support/shapes.h"
 #include "tests/worker/factors/exact_occluded.h"
 #include "worker/factors/sampled_pair.h"
 
@@ -43,6 +44,33 @@ TEST(FactorsTest, RowsOfAClosedRoomAddUpToOne) {
   std::printf("%zu polygons, |row sum - 1| at most %.1e, root mean square %.1e\n",
               table.ends.size(), worst,
               std::sqrt(squares / static_cast<double>(table.ends.size())));
+}
+
+// Of two bodies one in the other, F from inner to outer is 1, back the ratio of the areas, and what
+// is left the outer one sees of itself past the inner one.
+TEST(FactorsTest, ConcentricSpheres) {
+  std::vector<ConvexPolygon> polygons = testing::Sphere(1, 1, true);
+  const size_t inner = polygons.size();
+  for (const ConvexPolygon& part : testing::Sphere(2, 1, false)) polygons.push_back(part);
+  const double ratio =
+      testing::AreaOf(testing::Sphere(1, 1, true)) / testing::AreaOf(testing::Sphere(2, 1, true));
+  const FactorTable table = Compute(testing::MakeScene(polygons), 1e-3);
+  EXPECT_EQ(table.above_tolerance, 0U);
+  double between = 0, within = 0, outer_area = 0, inner_area = 0;
+  for (const Factor& factor : table.factors) {
+    const bool p_inner = table.ends[factor.p].polygon < inner;
+    const bool q_inner = table.ends[factor.q].polygon < inner;
+    EXPECT_FALSE(p_inner && q_inner);
+    (p_inner != q_inner ? between : within) += (p_inner != q_inner ? 1 : 2) * factor.coupling_m2;
+  }
+  for (const FactorEnd& end : table.ends) {
+    (end.polygon < inner ? inner_area : outer_area) += end.area_m2;
+    EXPECT_NEAR(end.row_sum_before, 1, end.row_error) << "polygon " << end.polygon;
+    EXPECT_NEAR(end.row_sum_before, 1, 2e-3) << "polygon " << end.polygon;
+  }
+  EXPECT_NEAR(between / inner_area, 1, 1e-4);
+  EXPECT_NEAR(between / outer_area, ratio, 1e-4);
+  EXPECT_NEAR(within / outer_area, 1 - ratio, 1e-3);
 }
 
 TEST(FactorsTest, FinerTolerancesComeNearer) {

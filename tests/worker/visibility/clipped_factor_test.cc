@@ -50,6 +50,41 @@ TEST(PointClipperTest, SixtyFourPointsGiveAHundredth) {
   }
 }
 
+// Strips without end, at the distance of their width, and halfway one of half the width: crossed
+// strings round both of its edges, less those that are not crossed [Hottel54].
+TEST(PointClipperTest, StripsWithoutEndPastAStrip) {
+  constexpr double kFar = 1e6;
+  const auto strip = [](double x0, double x1, double z, bool up) {
+    return testing::AxisRectangle(2, z, x0, x1, -kFar, kFar, up);
+  };
+  OccluderSet set(kFar);
+  set.Add(CornersOf(strip(0.25, 0.75, 0.5, true)));
+  PointClipper clipper(set);
+  const ConvexPolygon q = strip(0, 1, 1, false);
+  const auto mean = [&](double from, double to) {  // Gauss's rule of five points
+    constexpr double kAt[] = {-0.906179845938664, -0.538469310105683, 0, 0.538469310105683,
+                              0.906179845938664};
+    constexpr double kWeight[] = {0.236926885056189, 0.478628670499366, 0.568888888888889,
+                                  0.478628670499366, 0.236926885056189};
+    double sum = 0;
+    for (int k = 0; k < 5; ++k) {
+      const Vec3 x(0.5 * (from + to) + 0.5 * (to - from) * kAt[k], 0, 0), up(0, 0, 1);
+      sum += 0.5 * kWeight[k] *
+             clipper.VisibleFactor(x, up, CornersOf(q), All(set), WholeFactor(x, up, CornersOf(q)));
+    }
+    return sum;
+  };
+  // Smooth between the ends and the middle, from where one of the block's edges is before one of
+  // q's.
+  double found = 0;
+  constexpr int kParts = 8;
+  for (int i = 0; i < kParts; ++i) found += mean(1.0 * i / kParts, (i + 1.0) / kParts) / kParts;
+  // On either side of the block both crossed strings and one of those that are not run over its
+  // edge; what they run from there to the far ends cancels.
+  const double to_edge = std::hypot(0.25, 0.5);
+  EXPECT_NEAR(found, 2 * to_edge - 1, 1e-8);
+}
+
 // Against many rays from random points, with overlapping occluders of up to sixteen corners.
 TEST(PointClipperTest, AgreesWithRays) {
   double worst = 0;
