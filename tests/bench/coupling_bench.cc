@@ -4,6 +4,9 @@
 //   families    mean and largest time of a pair by how the two lie to each other and by tolerance,
 //               and the largest error, in tolerances, against the same at 1e-11
 //   refinement  pairs that a refinement of the Cornell box visits: share and mean time by rule
+//   hard        time of pairs that once were slow: needles 1:1e5 at their own width, a square of
+//   1e-6
+//               or 1e-9 that stands on a floor
 //   matrix      all pairs of 654 elements of the Cornell box on two threads, at 1e-4
 //
 // Tolerances are shares of the smaller area. Times are of this machine and this moment; the largest
@@ -217,6 +220,37 @@ std::vector<ConvexPolygon> Elements(size_t count) {
   return elements;
 }
 
+void BenchHard() {
+  const auto measure = [](const std::string& name, const PolygonPair& polygons) {
+    Pairs pairs;
+    pairs.polygons = {polygons};
+    pairs.MakeEnds();
+    for (const double tolerance : {1e-3, 1e-8}) {
+      const std::string at = name + " at " + ToText(tolerance);
+      Print("hard", at, 1e6 * MeanTime(pairs, All(pairs), tolerance), "us");
+      Print("hard", at + ", pieces", pairs.CoupleAt(0, tolerance).pieces, "");
+    }
+  };
+  constexpr double kWidth = 1e-5;
+  const auto quad = [](const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+    return ConvexPolygon{4, {a, b, c, d}};
+  };
+  measure("strips",
+          {quad({0, 0, 0}, {1, 0, 0}, {1, kWidth, 0}, {0, kWidth, 0}),
+           quad({0, kWidth, kWidth}, {1, kWidth, kWidth}, {1, 0, kWidth}, {0, 0, kWidth})});
+  measure("needles",
+          {{3, {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0.4, kWidth, 0)}},
+           {3, {Vec3(0, 0, kWidth), Vec3(0.7, kWidth, kWidth), Vec3(1, 0, 1.5 * kWidth)}}});
+  const ConvexPolygon floor = quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
+  for (const double size : {1e-6, 1e-9}) {
+    for (const double y : {0.0, 0.5}) {
+      const double x = 0.37;
+      measure("square of " + ToText(size) + (y > 0 ? " on the floor" : " on its edge"),
+              {floor, quad({x, y, 0}, {x, y, size}, {x + size, y, size}, {x + size, y, 0})});
+    }
+  }
+}
+
 void BenchMatrix() {
   constexpr size_t kElements = 654;
   constexpr double kTolerance = 1e-4;
@@ -250,7 +284,10 @@ void BenchMatrix() {
 
 int Main(int argc, char** argv) {
   const std::vector<std::pair<const char*, std::function<void()>>> benchmarks = {
-      {"families", BenchFamilies}, {"refinement", BenchRefinement}, {"matrix", BenchMatrix}};
+      {"families", BenchFamilies},
+      {"refinement", BenchRefinement},
+      {"hard", BenchHard},
+      {"matrix", BenchMatrix}};
   std::printf("benchmark,quantity,value,unit\n");
   bool any = false;
   for (const auto& [name, run] : benchmarks) {

@@ -31,9 +31,10 @@ constexpr double kTouching = 0.015;
 // Relative rounding of the closed form for parallel edges.
 constexpr double kParallelNoise = 1e-15;
 
-// Sum of integrals and of the bounds of their errors.
+// Sum of integrals and of the bounds of their errors, and how many there were.
 struct Integral {
   double value = 0, error = 0;
+  uint32_t pieces = 0;
 };
 
 // Edges e and f: ∫_e G_f.
@@ -60,6 +61,7 @@ class EdgePair {
       const double distance = glm::length(across_ - 0.5 * length_e_ * turn_);
       total.value = ParallelEdges(a_, distance, length_e_, length_f_, cosine_ < 0 ? -1.0 : 1.0);
       total.error = error;
+      total.pieces = 1;
     } else {
       Add(0, length_e_, tolerance, 0, total);
     }
@@ -89,11 +91,13 @@ class EdgePair {
     if (std::min(bound[0], std::max(ends, line)) <= tolerance) {
       total.value += Gauss(from, to, 0);
       total.error += std::min(bound[0], ends + line);
+      ++total.pieces;
       return;
     }
     if (ends <= tolerance) {
       total.value += GaussBesideLine(from, to);
       total.error += ends;
+      ++total.pieces;
       return;
     }
     const double foot = foot_[std::abs(a) < std::abs(b) ? 0 : 1];  // of the end of f that is nearer
@@ -103,6 +107,7 @@ class EdgePair {
       const bool beside = a < 0 && b > 0 && line > tolerance;
       total.value += beside ? GaussBesideLine(from, to) : Gauss(from, to, 0);
       total.error += touching;
+      ++total.pieces;
       return;
     }
     double cut = foot;
@@ -225,12 +230,14 @@ ContourIntegral IntegrateContours(std::span<const Vec3> p, std::span<const Vec3>
           EdgePair(outer.edge[i], inner.edge[j]).Integrate(near_share / std::abs(cosine));
       near.value += cosine * integral.value;
       near.error += std::abs(cosine) * integral.error;
+      near.pieces += integral.pieces;
     }
   }
   // Pieces are many where their tolerance is small against the edges; then most err by far less.
   const double error = kUsualShare * (Total(far_error) + near.error) / (2 * kPi);
   return {(Total(far_value) + near.value) / (2 * kPi),
-          std::min(error, tolerance) + kRounding * outer.perimeter * inner.perimeter};
+          std::min(error, tolerance) + kRounding * outer.perimeter * inner.perimeter,
+          static_cast<uint32_t>(outer.count * inner.count - near_count) + near.pieces};
 }
 
 }  // namespace isolux

@@ -2,6 +2,7 @@
 // near each other or touch. For coupling.cc.
 #pragma once
 
+#include <cstdint>
 #include <span>
 
 #include "common/vec.h"
@@ -11,6 +12,7 @@ namespace isolux {
 struct ContourIntegral {
   double coupling = 0;  // not clamped
   double error = 0;     // estimate
+  uint32_t pieces = 0;  // of edges, each integrated against one of the other polygon
 };
 
 // C = 1/2π Σ_e Σ_f u_e·u_f ∫_e ∫_f ln r, over the edges e of p and f of q [Sparrow63]. Both are

@@ -99,7 +99,7 @@ PairCoupling CoupleNear(const CouplingEnd& p, const CouplingEnd& q, double toler
       !TryPointRules(smaller, pair.larger(), tolerance, result)) {
     const ContourIntegral integral =
         IntegrateContours(smaller.corners, pair.larger().corners, tolerance);
-    result = {integral.coupling, integral.error, Regime::kContour};
+    result = {integral.coupling, integral.error, Regime::kContour, integral.pieces};
   }
   const double most_m2 = std::min(p.area_m2, q.area_m2);
   result.coupling_m2 = std::clamp(result.coupling_m2 * unit_m2, 0.0, most_m2);

@@ -41,6 +41,8 @@ struct PairCoupling {
   double coupling_m2 = 0;  // in [0, min(A_p, A_q)]
   double error_m2 = 0;     // estimate of the error of coupling_m2
   Regime regime = Regime::kZero;
+  // Of a contour integral, the pieces of edges that it took, some 75 ns each; 0 of other rules.
+  uint32_t pieces = 0;
 };
 
 // Within `tolerance_m2` (> 0) of the truth, but for one pair in a thousand, and for what double
