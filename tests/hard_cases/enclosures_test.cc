@@ -239,6 +239,91 @@ TEST(HardEnclosures, ConcaveClosedScenes) {
   }
 }
 
+TEST(HardEnclosures, RowsOfRandomRooms) {
+  HardCase most("70d", "random closed rooms, links closed to a thousandth",
+                "how far a row is above 1", 1e-12);
+  HardCase least("70e", "the same", "how far a row is below 1", 1e-12);
+  for (uint64_t seed = 1; seed <= 60; ++seed) {
+    LinkBench bench(RandomClosedRoom(seed), 1e-3, 2, false);
+    const size_t n = bench.system.size();
+    ASSERT_TRUE(bench.CloseRows(1e-3).has_value());
+    LinkTransport transport(*bench.product, bench.system);
+    std::vector<Lanes> rows(n);
+    ASSERT_TRUE(
+        transport.Irradiance(std::vector<Lanes>(n, Lanes{1, 1, 1, 0}), Splat(1), rows).ok());
+    for (const Lanes& row : rows) {
+      most.Measure(std::max(0.0, row[0] - 1), fmt::format("seed {}", seed));
+      least.Measure(std::max(0.0, 1 - row[0]), fmt::format("seed {}", seed));
+    }
+  }
+}
+
+// ---- rooms that hardly touch
+
+// Two unit cubes side by side, a hole between them or none, the floor of the first a lamp.
+Scene TwoCubes(double reflectance, double hole) {
+  SceneSketch sketch;
+  const uint32_t wall = sketch.Material("wall", reflectance),
+                 lamp = sketch.Material("lamp", reflectance, 1);
+  if (hole > 0) {
+    sketch.WallWithHole(0, 1, {0, 0}, {1, 1}, {0.5, 0.5}, hole, wall, kBothTakePart);
+  } else {
+    sketch.Rectangle(0, 1, {0, 0}, {1, 1}, true, wall, kBothTakePart);
+  }
+  for (const bool first : {true, false}) {
+    const double a = first ? 0 : 1, b = first ? 1 : 2;
+    sketch.Rectangle(0, first ? 0 : 2, {0, 0}, {1, 1}, first, wall, kFrontTakesPart);
+    for (const bool upper : {false, true}) {
+      const bool lit = first && !upper;
+      sketch.Rectangle(1, upper ? 1 : 0, {0, a}, {1, b}, !upper, wall, kFrontTakesPart);
+      sketch.Rectangle(2, upper ? 1 : 0, {a, 0}, {b, 1}, !upper, lit ? lamp : wall,
+                       kFrontTakesPart | (lit ? kFrontEmits : 0));
+    }
+  }
+  return sketch.Take();
+}
+
+// Σ A H of the faces of each of the two cubes.
+std::array<double, 2> ArrivingInCubes(const PatchFile& patch) {
+  std::array<double, 2> arriving{};
+  for (const PatchFace& face : patch.faces) {
+    const std::vector<Vec3> corners = CornersOf(patch, face);
+    const Vec3 area = AreaVector(corners),
+               inside = corners[0] + 1e-3 * glm::normalize(area) + 1e-3 * (corners[2] - corners[0]);
+    arriving[inside.x < 1 ? 0 : 1] += glm::length(area) * face.irradiance[0];
+  }
+  return arriving;
+}
+
+TEST(HardEnclosures, TwoRoomsThatHardlyTouch) {
+  HardCase few("34b", "two cubes of rho .999 joined by a hole of 1e-4 of the area, whole solves",
+               "products of a round", 60);
+  HardCase balanced("34c", "the same", "imbalance of energy", 1e-3);
+  HardCase shared("34d", "the same, at 2 %", "-log10(light in the dark one / exact)", 0.15);
+  HardCase dark("35a", "two cubes, the one without light behind a whole wall, whole solves",
+                "largest H in the dark one", 0);
+  constexpr double kReflectance = 0.999, kArea = 12;
+  const double hole = std::sqrt(1e-4 * kArea);
+  // Both are lit nearly evenly: what passes the hole, h (B1 - B2), is what the second absorbs,
+  // A (1 - rho) H2.
+  const double h = hole * hole, absorbs = (kArea / 2 - h) * (1 - kReflectance) / kReflectance;
+  const double exact = h / (h + absorbs);
+  for (const uint64_t seed : {1, 2, 3}) {
+    SolveOptions options = ToAccuracy(0.02);
+    options.seed = seed;
+    const SolveResult result = SolveScene(TwoCubes(kReflectance, hole), options);
+    const std::string where = fmt::format("seed {}", seed);
+    for (const RoundSummary& round : result.summary.rounds) few.Measure(round.iterations, where);
+    balanced.Measure(result.summary.rounds.back().energy_imbalance, where);
+    const std::array<double, 2> arriving = ArrivingInCubes(result.patch);
+    shared.Measure(std::abs(std::log10(arriving[1] / arriving[0] / exact)), where);
+  }
+  for (const double reflectance : {0.5, 0.999}) {
+    const SolveResult result = SolveScene(TwoCubes(reflectance, 0), 0.05);
+    dark.Measure(ArrivingInCubes(result.patch)[1], fmt::format("rho {}", reflectance));
+  }
+}
+
 // ---- leaks
 
 // A cube without its upper x wall.

@@ -6,10 +6,13 @@
 #include <limits>
 #include <map>
 
+#include "client/output/comparison.h"
+#include "client/output/patch_locator.h"
 #include "common/hierarchy/hierarchy.h"
 #include "tests/hard_cases/hard_case.h"
 #include "tests/support/local_cluster.h"
 #include "tests/support/obj_scene.h"
+#include "tests/support/polygons.h"
 #include "worker/radiosity/polygon_sampler.h"
 #include "worker/radiosity/ray_scene.h"
 
@@ -225,6 +228,73 @@ TEST(HardPreparation, DoubledShuffledAndDividedAnew) {
     hard.Measure(LargestChange(expected, SeenArea(shuffled.Import())),
                  fmt::format("shuffled, seed {}", seed));
   }
+}
+
+// A solution at points even over its faces.
+std::vector<ReferencePoint> PointsOf(const PatchFile& patch) {
+  std::vector<ReferencePoint> points;
+  constexpr double kArea = 0.01;  // of a point, m²
+  Random random(20);
+  for (uint32_t f = 0; f < patch.faces.size(); ++f) {
+    const std::vector<Vec3> corners = CornersOf(patch, patch.faces[f]);
+    const Vec3 area = AreaVector(corners);
+    const double count = glm::length(area) / kArea + random.Unit();
+    for (int k = 1; k <= count; ++k) {
+      const Vec3 at = PointOn(corners, random);
+      points.push_back({at, glm::normalize(area), IrradianceAt(patch, f, at)});
+    }
+  }
+  return points;
+}
+
+// What light does in them is the same too.
+TEST(HardPreparation, DoubledAndDividedAnewSolved) {
+  HardCase same("20a", "duplicates, coplanar overlap, T-junctions, other triangles, whole solves",
+                "difference over the sum of the estimates", 1);
+  HardCase conserved("20b", "the same", "energy imbalance over the error estimate", 1);
+  HardCase bounded("20c", "the same", "largest B over E / (1 - largest rho)", 1);
+  const auto solve = [&](const ObjScene& room, const std::string& where) {
+    SolveOptions options;
+    options.accuracy = 0.05;
+    Result<SolveResult> result = SolveInProcess(room.Import(), options, 1, 2);
+    EXPECT_TRUE(result.has_value());
+    const RoundSummary& last = result->summary.rounds.back();
+    conserved.Measure(last.energy_imbalance / last.error_estimate, where);
+    for (const PatchVertex& vertex : result->patch.vertices)
+      bounded.Measure(vertex.radiosity[0] * (1 - 0.7) / 10, where);
+    return *std::move(result);
+  };
+  const SolveResult plain = solve(Furnished(), "plain");
+  const std::vector<ReferencePoint> points = PointsOf(plain.patch);
+  const auto compare = [&](const ObjScene& room, const std::string& where) {
+    const SolveResult other = solve(room, where);
+    const double difference = Compare(other.patch, points).value().l1_relative;
+    same.Measure(difference / (plain.summary.rounds.back().error_estimate +
+                               other.summary.rounds.back().error_estimate),
+                 where);
+  };
+  ObjScene doubled = Furnished(), triangles, both, tiled;
+  for (const ObjFaceText& face : Furnished().faces) {
+    const auto& c = face.corners;
+    doubled.faces.push_back(face);
+    triangles.Face(face.material, {c[0], c[1], c[2]});
+    triangles.Face(face.material, {c[2], c[3], c[0]});
+    for (const int k : {0, 1, 2, 3})
+      both.Face(face.material, {c[k], c[(k + 1) % 4], c[(k + 2) % 4]});
+    // Three strips, of which the middle one is cut across: T-junctions.
+    const auto at = [&](double u, double v) {
+      return (1 - v) * ((1 - u) * c[0] + u * c[1]) + v * ((1 - u) * c[3] + u * c[2]);
+    };
+    for (const auto& [u0, u1, v0, v1] :
+         {std::array{0.0, 1.0, 0.0, 0.3}, std::array{0.0, 0.45, 0.3, 0.8},
+          std::array{0.45, 1.0, 0.3, 0.8}, std::array{0.0, 1.0, 0.8, 1.0}}) {
+      tiled.Face(face.material, {at(u0, v0), at(u1, v0), at(u1, v1), at(u0, v1)});
+    }
+  }
+  compare(doubled, "doubled");
+  compare(triangles, "triangles");
+  compare(both, "both triangulations");
+  compare(tiled, "T-junctions");
 }
 
 TEST(HardPreparation, UnitsAndPlaces) {

@@ -8,6 +8,7 @@
 #include "common/util/random.h"
 #include "tests/hard_cases/hard_case.h"
 #include "tests/support/dense_transport.h"
+#include "tests/support/exact_factors.h"
 #include "tests/support/hard_scenes.h"
 #include "tests/support/local_cluster.h"
 #include "tests/support/scenes.h"
@@ -99,16 +100,6 @@ TEST(HardRooms, OpeningsAreNotClosed) {
   }
 }
 
-// Square, parallel, coaxial, equal: Howell C-11.
-double FacingSquares(double side, double distance) {
-  const double x = side / distance, x2 = x * x;
-  const double f =
-      2 / (M_PI * x2) *
-      (std::log(std::sqrt((1 + x2) * (1 + x2) / (1 + 2 * x2))) +
-       2 * x * std::sqrt(1 + x2) * std::atan(x / std::sqrt(1 + x2)) - 2 * x * std::atan(x));
-  return side * side * f;
-}
-
 TEST(HardRooms, OpeningsLoseWhatTheyShould) {
   HardCase means("32c", "a box with a hole of 1e-2 of a wall, or without a wall, rho .8",
                  "|mean H of a wall / exact - 1| over the error estimate", 1);
@@ -178,15 +169,16 @@ TEST(HardRooms, TwoSuccessivePinholes) {
   sketch.Rectangle(0, 3, {0, 0}, {1, 1}, false, black, kFrontTakesPart);
   const Scene scene = sketch.Take();
   // So little of the light passes that rays by chance may be wrong by a tenth: what is asked is
-  // that they are right on average.
-  constexpr int kSeeds = 32;
+  // that they are right on average. At 2 %, since the few faces of the third room at 5 % show the
+  // pool of light there 2.4 % too large (mean of 96 seeds, deviation of one 0.05).
+  constexpr int kSeeds = 16;
   double found = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
-    SolveOptions options = ToAccuracy(0.05);
+    SolveOptions options = ToAccuracy(0.02);
     options.seed = static_cast<uint64_t>(seed);
     found += ArrivingAt(SolveScene(scene, options).patch, third_room) / kSeeds;
   }
-  const double exact = 1000 * FacingSquares(kHole, 1);
+  const double exact = 1000 * OpposedRectangles(kHole, kHole, 1);
   passes.Measure(std::abs(found / exact - 1), fmt::format("{} of {} W", found, exact));
 }
 

@@ -121,6 +121,24 @@ TEST(HardScenes, Units) {
   }
 }
 
+// Clusters lie along the axes, and so do the halves of what refinement divides by them.
+TEST(HardScenes, TurnedAtRandom) {
+  HardCase same("2a", "a furnished room turned at random, at 10, 5 and 2 %",
+                "difference over the sum of the estimates", 0.5);
+  HardCase conserved("2b", "the same", "energy imbalance over the error estimate", 1);
+  const Scene scene = FurnishedRoom();
+  for (const double accuracy : {0.1, 0.05, 0.02}) {
+    const SolveResult upright = SolveScene(scene, ToAccuracy(accuracy));
+    for (const uint64_t seed : {1, 2, 3}) {
+      SolveResult turned = SolveScene(Turned(scene, seed), ToAccuracy(accuracy));
+      for (PatchVertex& vertex : turned.patch.vertices)
+        vertex.position = Turned(vertex.position, seed, true);
+      same.Measure(OverEstimates(turned, upright), fmt::format("{}, {}", accuracy, Seed(seed)));
+      conserved.Measure(Last(turned).energy_imbalance / Last(turned).error_estimate, Seed(seed));
+    }
+  }
+}
+
 TEST(HardScenes, Emission) {
   HardCase linear("28b", "a furnished room with 2, 1e9 and 1e-30 times the light",
                   "largest relative difference of a face's irradiance", 1e-6);

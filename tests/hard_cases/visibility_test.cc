@@ -2,6 +2,8 @@
 // pinholes, wires, louvres, gaps of a billionth.
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "tests/hard_cases/hard_case.h"
 #include "tests/support/factor_scenes.h"
 #include "tests/support/polygons.h"
@@ -229,6 +231,55 @@ TEST(HardVisibility, LightInAClosedBox) {
     if (p != q) sum += factor.coupling_m2;
   }
   dark.Measure(sum);
+}
+
+// A room with a box of a millimetre on a box on its floor, as coordinates a million sizes from the
+// origin leave it.
+TEST(HardVisibility, FarFromTheOrigin) {
+  HardCase same("4v", "a box of 1e-3 on a box in a room, moved by 10^3 to 10^6 sizes and back",
+                "pairs seen in one place and hidden in another", 0);
+  HardCase close("4w", "the same",
+                 "change of C over the stated errors and 1e-7 of the smaller area", 1);
+  const auto room = [](double shift) {
+    Polygons polygons = BoxInside(Vec3(0.0), Vec3(1.0), 3);
+    const auto add = [&](const Vec3& low, const Vec3& high) {
+      for (ConvexPolygon wall : BoxInside(low, high, 1)) polygons.push_back(Reversed(wall));
+    };
+    add({0.4, 0.4, 0}, {0.6, 0.6, 0.3});
+    add({0.5, 0.5, 0.3}, {0.501, 0.501, 0.301});
+    const Vec3 by = shift * Vec3(0.6, -0.48, 0.64);
+    for (ConvexPolygon& polygon : polygons) {
+      for (int i = 0; i < polygon.count; ++i) polygon.v[i] = (polygon.v[i] + by) - by;
+    }
+    return polygons;
+  };
+  constexpr double kTolerance = 1e-4;
+  const auto couplings = [&](double shift) {
+    const FactorTable table = Compute(room(shift), kTolerance);
+    std::map<std::pair<uint32_t, uint32_t>, Factor> found;
+    for (const Factor& factor : table.factors) found[{factor.p, factor.q}] = factor;
+    return std::pair(table, found);
+  };
+  const auto [table, here] = couplings(0);
+  for (const double shift : {1e3, 1e4, 1e5, 1e6}) {
+    const auto there = couplings(shift).second;
+    for (uint32_t q = 0; q < table.ends.size(); ++q) {
+      for (uint32_t p = 0; p < q; ++p) {
+        const auto a = here.find({p, q}), b = there.find({p, q});
+        const Factor none;
+        const Factor &one = a == here.end() ? none : a->second,
+                     &other = b == there.end() ? none : b->second;
+        const double smaller = std::min(table.ends[p].area_m2, table.ends[q].area_m2);
+        const double most = std::max(one.coupling_m2, other.coupling_m2);
+        const bool apart = (one.coupling_m2 > 0) != (other.coupling_m2 > 0);
+        const std::string where = fmt::format("{} and {}, {:g}", p, q, shift);
+        same.Measure(apart && most > 1e-7 * smaller ? 1 : 0, where);
+        close.Measure(std::abs(one.coupling_m2 - other.coupling_m2) /
+                          (one.error_m2 + other.error_m2 + 1e-7 * smaller),
+                      where);
+      }
+    }
+  }
 }
 
 TEST(HardVisibility, BoxOnTheFloor) {

@@ -204,6 +204,22 @@ Scene Scaled(Scene scene, double factor) {
   return scene;
 }
 
+Vec3 Turned(const Vec3& point, uint64_t seed, bool back) {
+  Random random(Mix(seed));
+  const auto draw = [&] { return 2 * random.Unit() - 1; };
+  const double x = draw(), y = draw(), z = draw();
+  const Vec3 third = glm::normalize(Vec3(x, y, z));
+  const Vec3 first = glm::normalize(glm::cross(third, Vec3(0.3, -0.2, 0.9)));
+  const Vec3 second = glm::cross(third, first);
+  if (back) return point.x * first + point.y * second + point.z * third;
+  return {glm::dot(first, point), glm::dot(second, point), glm::dot(third, point)};
+}
+
+Scene Turned(Scene scene, uint64_t seed) {
+  for (Vec3& vertex : scene.vertices) vertex = Turned(vertex, seed);
+  return scene;
+}
+
 Scene Flipped(Scene scene) {
   for (Polygon& polygon : scene.polygons) {
     std::reverse(polygon.vertices.begin(), polygon.vertices.begin() + polygon.vertex_count());

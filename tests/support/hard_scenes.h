@@ -61,6 +61,9 @@ Scene Kirchhoff(Scene scene, double most, uint64_t seed);
 
 // ---- the same scene, told in another way
 Scene Scaled(Scene scene, double factor);
+// Turned about the origin; back: the other way.
+Vec3 Turned(const Vec3& point, uint64_t seed, bool back = false);
+Scene Turned(Scene scene, uint64_t seed);
 Scene Flipped(Scene scene);                  // every polygon the other way round; so are its sides
 Scene Shuffled(Scene scene, uint64_t seed);  // the order of polygons and where they begin
 Scene Retriangulated(Scene scene, uint64_t seed);  // quads as two triangles, along either diagonal
