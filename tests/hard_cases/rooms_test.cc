@@ -21,6 +21,14 @@ namespace {
 
 constexpr bool kLarge = ISOLUX_LARGE_CASES != 0;
 
+// What a case is called in its size: "a floor of {} triangles", with a thousand a comma.
+std::string Of(const char* situation, int small, int large) {
+  const int count = kLarge ? large : small;
+  return fmt::format(fmt::runtime(situation),
+                     count < 1000 ? fmt::format("{}", count)
+                                  : fmt::format("{},{:03}", count / 1000, count % 1000));
+}
+
 const RoundSummary& Last(const SolveResult& result) { return result.summary.rounds.back(); }
 
 double L1(const PatchFile& a, const PatchFile& b) {
@@ -256,24 +264,30 @@ Scene Louvres(int n) {
 }
 
 TEST(HardRooms, TiledWall) {
-  HardCase few("41", "a floor of many triangles in one plane", "links over polygons", 50);
-  HardCase memory("41a", "the same", "bytes of links and nodes over polygons", 5000);
-  const int n = kLarge ? 224 : 40;
+  constexpr int kSmall = 40, kMost = 224;  // squares along a side
+  const int n = kLarge ? kMost : kSmall;
+  const std::string room =
+      Of("a floor of {} triangles in one plane", 2 * kSmall * kSmall, 2 * kMost * kMost);
+  HardCase few(kLarge ? "41L" : "41", room, "links over polygons", 50);
+  HardCase memory(kLarge ? "41La" : "41a", room, "bytes of links and nodes over polygons", 5000);
   const Scene scene = TiledFloor(n);
   const SolveResult result = SolveScene(scene, ToAccuracy(0.1));
   const auto polygons = static_cast<double>(scene.polygons.size());
   const std::string where = fmt::format("{} polygons, {} links", polygons, Last(result).links);
   few.Measure(static_cast<double>(Last(result).links) / polygons, where);
   memory.Measure(static_cast<double>(Last(result).memory_bytes) / polygons, where);
-  HardCase conserved("41b", "the same", "energy imbalance over the error estimate", 1);
+  HardCase conserved(kLarge ? "41Lb" : "41b", room, "energy imbalance over the error estimate", 1);
   conserved.Measure(Last(result).energy_imbalance / Last(result).error_estimate, where);
 }
 
 TEST(HardRooms, LampOfManyPolygonsByTheCeiling) {
-  HardCase few("66", "a lamp of many polygons 1 mm below the ceiling", "links over polygons", 200);
-  HardCase conserved("66a", "the same", "energy imbalance over the error estimate", 1);
-  HardCase bounded("66b", "the same", "largest B over E / (1 - largest rho)", 1);
-  const Scene scene = TiledLamp(kLarge ? 100 : 12, 1e-3);
+  constexpr int kSmall = 12, kMost = 100;  // squares along a side
+  const std::string room =
+      Of("a lamp of {} polygons 1 mm below the ceiling", kSmall * kSmall, kMost * kMost);
+  HardCase few(kLarge ? "66L" : "66", room, "links over polygons", 200);
+  HardCase conserved(kLarge ? "66La" : "66a", room, "energy imbalance over the error estimate", 1);
+  HardCase bounded(kLarge ? "66Lb" : "66b", room, "largest B over E / (1 - largest rho)", 1);
+  const Scene scene = TiledLamp(kLarge ? kMost : kSmall, 1e-3);
   const SolveResult result = SolveScene(scene, ToAccuracy(0.1));
   const auto polygons = static_cast<double>(scene.polygons.size());
   const std::string where = fmt::format("{} polygons, {} links", polygons, Last(result).links);
@@ -284,10 +298,12 @@ TEST(HardRooms, LampOfManyPolygonsByTheCeiling) {
 }
 
 TEST(HardRooms, Dust) {
-  HardCase few("42", "thousands of polygons in a cube of 1e-3 in a room of 1",
-               "links over polygons", 50);
-  HardCase conserved("42a", "the same", "energy imbalance over the error estimate", 1);
-  const Scene scene = DustInARoom(kLarge ? 1667 : 200);
+  constexpr int kSmall = 200, kMost = 1667;  // boxes
+  const std::string room =
+      Of("{} polygons in a cube of 1e-3 in a room of 1", 6 * kSmall, 6 * kMost);
+  HardCase few(kLarge ? "42L" : "42", room, "links over polygons", 50);
+  HardCase conserved(kLarge ? "42La" : "42a", room, "energy imbalance over the error estimate", 1);
+  const Scene scene = DustInARoom(kLarge ? kMost : kSmall);
   const SolveResult result = SolveScene(scene, ToAccuracy(0.1));
   const auto polygons = static_cast<double>(scene.polygons.size());
   const std::string where = fmt::format("{} polygons, {} links", polygons, Last(result).links);
@@ -296,10 +312,13 @@ TEST(HardRooms, Dust) {
 }
 
 TEST(HardRooms, Slats) {
-  HardCase near("18", "louvres below a lamp, accuracy .1 against .03",
-                "difference over the sum of the estimates", 1);
-  HardCase conserved("18a", "the same", "energy imbalance over the error estimate", 1);
-  const Scene scene = Louvres(kLarge ? 100 : 24);
+  constexpr int kSmall = 24, kMost = 100;  // slats
+  const std::string room = Of(kLarge ? "{} louvres below a lamp, accuracy .1 against .03"
+                                     : "{} louvres below a lamp, accuracy .1 against .05",
+                              kSmall, kMost);
+  HardCase near(kLarge ? "18L" : "18", room, "difference over the sum of the estimates", 1);
+  HardCase conserved(kLarge ? "18La" : "18a", room, "energy imbalance over the error estimate", 1);
+  const Scene scene = Louvres(kLarge ? kMost : kSmall);
   const SolveResult coarse = SolveScene(scene, ToAccuracy(0.1));
   const SolveResult fine = SolveScene(scene, ToAccuracy(kLarge ? 0.03 : 0.05));
   near.Measure(L1(coarse.patch, fine.patch) /
@@ -311,10 +330,13 @@ TEST(HardRooms, Slats) {
 // ---- what must hold whatever the scene
 
 struct Invariants {
-  HardCase finite{"70", "random closed rooms", "numbers that are negative or not finite", 0};
-  HardCase emits{"70a", "random closed rooms", "(E - B) / E of a face", 1e-6};
-  HardCase bounded{"70b", "random closed rooms", "largest B over max E / (1 - largest rho)", 1};
-  HardCase conserved{"70c", "random closed rooms", "energy imbalance over the error estimate", 1};
+  static constexpr const char* kRooms =
+      kLarge ? "random closed rooms at 10 %, to 50,000 links" : "random closed rooms at 50 %";
+  HardCase finite{kLarge ? "70L" : "70", kRooms, "numbers that are negative or not finite", 0};
+  HardCase emits{kLarge ? "70La" : "70a", kRooms, "(E - B) / E of a face", 1e-6};
+  HardCase bounded{kLarge ? "70Lb" : "70b", kRooms, "largest B over max E / (1 - largest rho)", 1};
+  HardCase conserved{kLarge ? "70Lc" : "70c", kRooms, "energy imbalance over the error estimate",
+                     1};
 
   void Measure(const Scene& scene, const SolveResult& result, const std::string& where) {
     Rgb rho(0.0), exitance(0.0), brightest(0.0);
