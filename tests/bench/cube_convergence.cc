@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   const testing::CubeReference reference({.coarse = 16, .fine = 48, .steps = 8, .narrowing = true},
                                          pool);
   std::printf("means of the reference within %.1g of the exact ones\n", reference.ErrorOfMeans());
+  std::fflush(stdout);
   std::vector<testing::CubeRound> rounds;
   testing::SolveCube(reference, most, [&](const testing::CubeRound& round) {
     std::printf("%8.0f links: error %.4f %%, estimate %.3f %%\n", round.links, 100 * round.error,

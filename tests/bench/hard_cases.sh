@@ -21,5 +21,6 @@ ctest --test-dir "$build" -R "^hard_rooms_large_test.*(TiledWall|Lamp|Dust|Slats
   echo
   echo "| case | situation | property | measured | worst violation | bound |"
   echo "|---|---|---|---|---|---|"
-  sort -t'|' -k2,2V "$rows"
+  # By number, then by letters.
+  sed -E 's/^\| ([0-9]+)([A-Za-z]*) /\1|\2|&/' "$rows" | LC_ALL=C sort -t'|' -k1,1n -k2,2f -s | cut -d'|' -f3-
 } >"$root/docs/hard-cases.md"
