@@ -90,7 +90,8 @@ Result<SolverResult> Shard::Impl::CloseAndSolve(Product& product, LeafSystem& le
   const RefineScene between = refine_scene();
   const auto close = [&](RowsMay rows_may) -> Status {
     const Stopwatch watch(pool);
-    const double tolerance = std::min(1e-3, 0.1 * accuracy);
+    const ClosureTolerance tolerance{.row = std::min(1e-3, 0.1 * accuracy),
+                                     .black = 0.25 * accuracy};
     ASSIGN_OR_RETURN(closing, Close(product, leaves, start, rows, rows_may, tolerance, exchange));
     times.closure_s += watch.cpu_s();
     times.closure_products += closing.products;

@@ -5,7 +5,8 @@
 #   tests/bench/effects.sh FOLDER [ACCURACY [MAX_SECONDS [SCENE...]]] > tables.md
 #
 # FOLDER holds one folder a scene, NAME/NAME.obj; a NAME/SOURCE.md that says that emitters radiate from
-# both sides asks for --emit both. Needs the release build and its target `neglect`.
+# both sides asks for --emit both. Of grey_white_room, in which nothing emits, a copy is solved whose
+# lampshade does. Needs the release build and its target `neglect`.
 #
 # The first table: a row a scene, a column an effect that is present somewhere, with the decision once
 # the first round has measured, and the bound and what was measured, where there are such.
@@ -16,7 +17,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
-folder=${1:?the folder of scenes}
+folder=$(realpath "${1:?the folder of scenes}")
 accuracy=${2:-0.1}
 max_seconds=${3:-120}
 chosen=("${@:4}")
@@ -47,6 +48,16 @@ by_solutions() {  # FILE EMIT EFFECT DECISION
   solve "$1" "$work/other.ply" --emit "$2" --effects="auto,$sign$3" \
     --epsilons "$(comments "$work/first.ply" epsilons | tr ' ' ',')" || return 0
   "$neglect" solved "$without" "$with" | sed -n "s/^$key,//p"
+}
+
+# The folder of a copy of a scene, in which a material emits 1 W/(m² sr).
+lit() {  # NAME MATERIAL
+  mkdir -p "$work/lit"
+  cp -rs "$folder/$1" "$work/lit/"
+  chmod -R u+w "$work/lit/$1"
+  rm "$work/lit/$1/$1.mtl"
+  sed "s/^newmtl $2\r\?$/&\nKe 1 1 1/" "$folder/$1/$1.mtl" >"$work/lit/$1/$1.mtl"
+  echo "$work/lit"
 }
 
 true_costs() {  # NAME FILE EMIT
@@ -82,7 +93,9 @@ true_costs() {  # NAME FILE EMIT
 }
 
 for name in "${chosen[@]}"; do
-  file=$folder/$name/$name.obj
+  from=$folder
+  if [[ $name == grey_white_room ]]; then from=$(lit "$name" Transluscent); fi
+  file=$from/$name/$name.obj
   [[ -f $file ]] || continue
   emit=front
   if [[ -f $folder/$name/SOURCE.md ]] && grep -q 'both sides' "$folder/$name/SOURCE.md"; then emit=both; fi

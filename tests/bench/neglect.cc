@@ -1,11 +1,12 @@
 // What neglecting an effect truly costs: how far irradiance is off without it, over its mean.
 //
 //   neglect paths SCENE.obj EFFECT [--points N] [--emit both]
-//     By path tracing at N points uniform over the participating sides, with the effect and without
-//     it, 4096 paths a point and the same random numbers, so that most noise is in both. EFFECT:
+//     By path tracing at N points uniform over the participating sides, 4096 paths a point. EFFECT:
 //     mirrors, clear-glass, which only add light or only take some; or gloss, of lobes as narrow as
-//     a mirror's and of some as wide as what is diffuse. Prints CSV, a line each: all, narrow or
-//     wide, the difference of the means, its standard error.
+//     a mirror's and of some as wide as what is diffuse. Where all that the effect does is to add
+//     mirrors, of light that met one alone, so that no other noise is in it; else with the effect
+//     and without it, by the same random numbers, so that most noise is in both. Prints CSV, a line
+//     each: all, narrow or wide, the difference of the means, its standard error.
 //   neglect solved WITHOUT.ply WITH.ply
 //     By two solutions. Prints CSV: `l1`, of the difference everywhere, and `mean`, of the means,
 //     which is the same where an effect only adds or only takes.
@@ -15,6 +16,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -72,16 +74,42 @@ Pair PairOf(const std::string& effect, const Scene& scene) {
   return pair;
 }
 
-void PrintDifference(const std::string& name, const std::vector<ReferencePoint>& with,
-                     const std::vector<ReferencePoint>& without) {
-  double sum = 0, off = 0, squares = 0;
-  for (size_t i = 0; i < with.size(); ++i) {
-    const double difference = Sum(with[i].irradiance) - Sum(without[i].irradiance);
-    sum += Sum(with[i].irradiance);
-    off += difference;
-    squares += difference * difference;
+// Whether the second scene is the first with mirrors, and nothing else.
+bool AddsMirrorsAlone(const Scene& without, const Scene& with) {
+  for (size_t m = 0; m < without.materials.size(); ++m) {
+    const Material &less = without.materials[m], &more = with.materials[m];
+    if (less.specular != 0 || less.reflectance != more.reflectance) return false;
   }
-  const auto n = static_cast<double>(with.size());
+  return true;
+}
+
+std::vector<double> Irradiances(const Scene& scene, const testing::PathTracing& paths,
+                                ThreadPool& pool) {
+  std::vector<double> irradiances;
+  for (const ReferencePoint& point : testing::TracePaths(scene, paths, pool)) {
+    irradiances.push_back(Sum(point.irradiance));
+  }
+  return irradiances;
+}
+
+// What the effect adds at each point.
+std::vector<double> Added(const Scene& with, const Pair& pair, std::span<const double> without,
+                          testing::PathTracing paths, ThreadPool& pool) {
+  paths.by_mirrors_alone = AddsMirrorsAlone(pair.without, with);
+  std::vector<double> added = Irradiances(with, paths, pool);
+  for (size_t i = 0; i < added.size() && !paths.by_mirrors_alone; ++i) added[i] -= without[i];
+  return added;
+}
+
+void PrintMean(const std::string& name, std::span<const double> added,
+               std::span<const double> without) {
+  double sum = 0, off = 0, squares = 0;
+  for (size_t i = 0; i < added.size(); ++i) {
+    sum += without[i] + added[i];
+    off += added[i];
+    squares += added[i] * added[i];
+  }
+  const auto n = static_cast<double>(added.size());
   const double variance = std::max(0.0, squares / n - (off / n) * (off / n));
   std::printf("%s,%.6f,%.6f\n", name.c_str(), off / sum, std::sqrt(variance * n) / sum);
 }
@@ -98,9 +126,9 @@ int ByPaths(const std::string& path, const std::string& effect, bool emit_both,
     return 2;
   }
   ThreadPool pool(0);
-  const auto without = testing::TracePaths(pair.without, paths, pool);
+  const std::vector<double> without = Irradiances(pair.without, paths, pool);
   for (const auto& [name, with] : pair.with) {
-    PrintDifference(name, testing::TracePaths(with, paths, pool), without);
+    PrintMean(name, Added(with, pair, without, paths, pool), without);
   }
   return 0;
 }

@@ -78,7 +78,7 @@ struct LinkBench {
   // Closes the rows as those of a closed room so bright that nothing in it is rather a lamp.
   Result<ClosureSummary> CloseRows(double tolerance) {
     return Close(*product, system, std::vector<Lanes>(system.size(), Splat(1e9)),
-                 std::vector<RowMeasure>(system.size()), RowsMay::kRiseAndFall, tolerance,
+                 std::vector<RowMeasure>(system.size()), RowsMay::kRiseAndFall, {.row = tolerance},
                  exchange);
   }
 

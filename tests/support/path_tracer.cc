@@ -29,7 +29,8 @@ double Now() {
 // Paths from a point: light sampled by area and by direction, weighted by the balance heuristic.
 class PathTracer {
  public:
-  explicit PathTracer(const Scene& scene) : hierarchy_(scene), rays_(hierarchy_) {
+  PathTracer(const Scene& scene, bool by_mirrors_alone)
+      : hierarchy_(scene), rays_(hierarchy_), by_mirrors_alone_(by_mirrors_alone) {
     if (scene.glazing.exists()) panes_.emplace(scene.glazing, hierarchy_.extent_m(), false);
     surface_of_.resize(scene.polygons.size(), {kNone, kNone});
     const auto surfaces = hierarchy_.surfaces();
@@ -52,8 +53,10 @@ class PathTracer {
   Rgb Sample(Place place, Random& random) const {
     Rgb sum(0.0);
     glm::dmat3 weight(1.0);  // of channels there on channels here
+    bool counts = !by_mirrors_alone_;
     for (int bounce = 0; bounce < 1000; ++bounce) {
-      sum += weight * FromLights(place, random);
+      const Rgb direct = FromLights(place, random);
+      if (counts) sum += weight * direct;
       Place next;
       Vec3 direction(0.0);
       double cosine_pdf = 0;
@@ -61,7 +64,8 @@ class PathTracer {
       weight *= Left(place, next);
       // What a cosine-distributed ray meets: its exitance is the sample of the irradiance.
       const double light_pdf = LightPdf(next.surface);
-      sum += weight * SurfaceAt(next).exitance * (cosine_pdf / (cosine_pdf + light_pdf));
+      const double chosen = cosine_pdf / (cosine_pdf + light_pdf);
+      if (counts) sum += weight * SurfaceAt(next).exitance * chosen;
       // Mirrors by chance: nothing else samples what they show.
       bool arrives = true;
       while (arrives && random.Unit() < SpecularAt(next)) {
@@ -70,6 +74,7 @@ class PathTracer {
         const Place mirror = next;
         arrives = Follow(next, direction, next);
         if (arrives) weight *= Left(mirror, next);
+        counts = true;
         if (arrives) sum += weight * SurfaceAt(next).exitance;
       }
       if (!arrives || SpecularAt(next) == 1) break;
@@ -195,6 +200,7 @@ class PathTracer {
 
   Hierarchy hierarchy_;
   RayScene rays_;
+  bool by_mirrors_alone_;
   std::optional<Panes> panes_;
   std::vector<std::array<uint32_t, 2>> surface_of_;
   std::vector<double> power_up_to_;
@@ -211,7 +217,7 @@ struct PathTally {
 
 std::vector<ReferencePoint> TracePaths(const Scene& scene, const PathTracing& options,
                                        ThreadPool& pool) {
-  const PathTracer tracer(scene);
+  const PathTracer tracer(scene, options.by_mirrors_alone);
   const std::vector<PointOnSurface> places =
       UniformPoints(tracer.hierarchy(), options.points, options.seed);
   std::vector<PathTally> tally(places.size());

@@ -17,6 +17,7 @@ struct PathTracing {
                           // twentieth of the mean, if that is more)
   double seconds = 60;    // after which it ends in any case
   uint64_t seed = 7;
+  bool by_mirrors_alone = false;  // light that met a mirror on its way, nothing else
 };
 
 // Paths are added until all points are good enough.

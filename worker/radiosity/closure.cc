@@ -17,6 +17,8 @@ constexpr double kLeastInherited = 1.0 / 64, kMostInherited = 8;
 // The factors of what is inherited need no more than this: the others do the rest.
 constexpr double kInheritanceTolerance = 0.01;
 
+double SumOf(const Lanes& v) { return v[0] + v[1] + v[2]; }
+
 // How rows of many leaves differ from what rays say of them.
 struct RowScatter {
   double mean = 0;  // of all leaves, what rays say less what rows are, as far as it is certain
@@ -60,7 +62,24 @@ class Closer {
         inherited_(leaves.size()),
         target_(leaves.size(), 0),
         off_(leaves.size(), 0),
-        misplaced_(leaves.size(), 0) {}
+        misplaced_(leaves.size(), 0),
+        black_(leaves.size(), 0) {}
+
+  // Which leaves radiate less than this share of what arrives.
+  Status FindBlack(std::span<const Lanes> irradiance, double share) {
+    std::vector<Lanes> behind(leaves_.size(), Lanes{});
+    const bool sheets = product_.tree().sheets() != nullptr;
+    if (sheets) RETURN_IF_ERROR(product_.Behind(irradiance, std::span<Lanes>(behind)));
+    for (size_t i = 0; i < leaves_.size(); ++i) {
+      const Lanes& h = irradiance[i];
+      Lanes radiosity = leaves_.exitance[i] + leaves_.reflectance[i] * h;
+      if (sheets) radiosity += leaves_.transmittance[i] * behind[i];
+      double sum = SumOf(radiosity);
+      if (!leaves_.reradiation.empty()) sum += Sum(leaves_.reradiation[i].Of({h[0], h[1], h[2]}));
+      black_[i] = sum < share * SumOf(h) ? 1 : 0;
+    }
+    return {};
+  }
 
   // Rows with the factors of now.
   Status MakeRows() {
@@ -79,7 +98,7 @@ class Closer {
     reduction.sums.resize(2 * kMoments);
     for (size_t i = 0; i < leaves_.size(); ++i) {
       const RowMeasure& rays = measured_[i];
-      if (!(Row(i) > 0) || rays.deviation == 0) continue;
+      if (!(Row(i) > 0) || rays.deviation == 0 || black_[i] != 0) continue;
       const double area = leaves_.area_m2[i], off = rays.sum - Row(i);
       ExactSum* sums = &reduction.sums[IsLamp(i) ? kMoments : 0];
       sums[0].Add(area);
@@ -106,7 +125,7 @@ class Closer {
     reduction.maxima = {0};
     for (size_t i = 0; i < leaves_.size(); ++i) {
       const double row = Row(i);
-      if (!(row > 0)) continue;
+      if (!(row > 0) || black_[i] != 0) continue;
       off_[i] = std::abs(row - target_[i]) / std::max(target_[i], kLeast);
       reduction.maxima[0] = std::max(reduction.maxima[0], off_[i]);
     }
@@ -117,7 +136,7 @@ class Closer {
   // Leaves that can be closed by what they inherit are, others by all their links.
   void ScaleInheritance() {
     for (size_t i = 0; i < leaves_.size(); ++i) {
-      if (!ScaleInherited(i)) ScaleAll(i);
+      if (black_[i] == 0 && !ScaleInherited(i)) ScaleAll(i);
     }
   }
 
@@ -130,13 +149,15 @@ class Closer {
   }
 
   void ScaleAll() {
-    for (size_t i = 0; i < leaves_.size(); ++i) ScaleAll(i);
+    for (size_t i = 0; i < leaves_.size(); ++i) {
+      if (black_[i] == 0) ScaleAll(i);
+    }
   }
 
   // Rows that are longer than they must be no longer are; others lose by it.
   void BringDown() {
     for (size_t i = 0; i < leaves_.size(); ++i) {
-      if (Row(i) > target_[i]) leaves_.closure[i] *= target_[i] / Row(i);
+      if (black_[i] == 0 && Row(i) > target_[i]) leaves_.closure[i] *= target_[i] / Row(i);
     }
   }
 
@@ -144,11 +165,9 @@ class Closer {
   void Return(std::span<const Lanes> irradiance) {
     for (size_t i = 0; i < leaves_.size(); ++i) {
       const double passes_on = leaves_.specular.empty() ? 1.0 : 1 - leaves_.specular[i];
-      const Lanes& e = leaves_.exitance[i];
-      const Lanes reflected = leaves_.reflectance[i] * irradiance[i];
-      const bool lamp = e[0] + e[1] + e[2] > reflected[0] + reflected[1] + reflected[2];
+      const bool lamp = SumOf(leaves_.exitance[i]) > SumOf(leaves_.reflectance[i] * irradiance[i]);
       leaves_.returned[i] = 0;
-      if (lamp || !(passes_on > 0)) continue;
+      if (lamp || black_[i] != 0 || !(passes_on > 0)) continue;
       leaves_.returned[i] = std::max(0.0, target_[i] - Row(i)) / passes_on;
       std::swap(off_[i], misplaced_[i]);
     }
@@ -181,10 +200,8 @@ class Closer {
         leaves_.closure[i] * std::clamp(step, kSmallestStep, kLargestStep), kLeast, kMost);
   }
 
-  bool IsLamp(size_t i) const {
-    const Lanes& e = leaves_.exitance[i];
-    return e[0] + e[1] + e[2] > 0;
-  }
+  bool IsLamp(size_t i) const { return SumOf(leaves_.exitance[i]) > 0; }
+
   double Inherited(size_t i) const {
     return leaves_.closure[i] * leaves_.inheritance[i] * inherited_[i][0];
   }
@@ -196,6 +213,7 @@ class Closer {
   Exchange& exchange_;
   std::vector<Single> radiosity_, row_, inherited_;
   std::vector<double> target_, off_, misplaced_;
+  std::vector<char> black_;
   uint32_t products_ = 0;
 };
 
@@ -204,8 +222,9 @@ class Closer {
 Result<ClosureSummary> Close(Product& product, LeafSystem& leaves,
                              std::span<const Lanes> irradiance,
                              std::span<const RowMeasure> measured, RowsMay rows_may,
-                             double tolerance, Exchange& exchange) {
+                             const ClosureTolerance& tolerance, Exchange& exchange) {
   Closer closer(product, leaves, measured, exchange);
+  RETURN_IF_ERROR(closer.FindBlack(irradiance, tolerance.black));
   ClosureSummary summary;
   while (true) {
     RETURN_IF_ERROR(closer.MakeRows());
@@ -217,7 +236,7 @@ Result<ClosureSummary> Close(Product& product, LeafSystem& leaves,
       summary.worst_before = summary.worst_after;
       summary.bend = closer.Bends();
     }
-    if (summary.worst_after <= tolerance || summary.products >= kMostProducts) {
+    if (summary.worst_after <= tolerance.row || summary.products >= kMostProducts) {
       break;
     }
     if (summary.products < kMostInheritedProducts && summary.worst_after > kInheritanceTolerance) {

@@ -34,19 +34,26 @@ struct ClosureSummary {
   std::vector<double> bend;
 };
 
+struct ClosureTolerance {
+  double row = 1e-3;  // how far a row may be from what it must be, as share
+  // Of the irradiance, what black leaves radiate at most: if all were, so much of all light at most
+  // times what rows are off by is lost or made.
+  double black = 0;
+};
+
 // What rows may be made to add up to.
 enum class RowsMay { kRiseAndFall, kFall };
 
 // Sets leaves.returned after it has improved leaves.inheritance and leaves.closure, starting from
-// what is there, until every row is what it must be to `tolerance`, or twenty products are spent.
-// That is, where `measured` is not certain, the mean of what the links and what the rays say,
-// weighted by how far rows scatter and rays may be off: pulling each row by a share of its distance
-// leaves the mean of all rows where it is, which holding rows within bounds does not, since they
-// are off by more above than below. `irradiance`: at own leaves as far as it is known, to tell what
-// is a lamp.
+// what is there, until every row that counts is what it must be to the tolerance, or twenty
+// products are spent. That is, where `measured` is not certain, the mean of what the links and what
+// the rays say, weighted by how far rows scatter and rays may be off: pulling each row by a share
+// of its distance leaves the mean of all rows where it is, which holding rows within bounds does
+// not, since they are off by more above than below. `irradiance`: at own leaves as far as it is
+// known, to tell what is a lamp, and what is black.
 Result<ClosureSummary> Close(Product& product, LeafSystem& leaves,
                              std::span<const Lanes> irradiance,
                              std::span<const RowMeasure> measured, RowsMay rows_may,
-                             double tolerance, Exchange& exchange);
+                             const ClosureTolerance& tolerance, Exchange& exchange);
 
 }  // namespace isolux
