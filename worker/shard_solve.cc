@@ -143,8 +143,9 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
     leaves.given.push_back(Lanes{h.x, h.y, h.z, 0});
   }
   Product product(tree, *placement, links, nodes, pool, exchange);
-  const std::vector<double> escape = EscapeShares(nodes);
-  const std::vector<RowMeasure> rows = MeasureRows(nodes, escape);
+  const std::vector<int> ray_counts = EscapeRays(nodes, leaves);
+  const std::vector<double> escape = EscapeShares(nodes, ray_counts);
+  const std::vector<RowMeasure> rows = MeasureRows(nodes, escape, ray_counts);
   ClosureSummary closing;
   ASSIGN_OR_RETURN(SolverResult solution,
                    CloseAndSolve(product, leaves, start, rows, accuracy, exchange, closing, times));
@@ -217,12 +218,22 @@ Status Shard::Impl::AddErrors(const ActiveNodes& nodes, const LeafSystem& leaves
   return {};
 }
 
-int Shard::Impl::EscapeRays(uint32_t node) const {
-  const double power_w = tree.area_m2(node) * lamps_w_m2[tree.node(node).id.surface];
-  return power_w > 0 ? EscapeRaysOf(power_w / lamps_w) : kEscapeRays;
+std::vector<int> Shard::Impl::EscapeRays(const ActiveNodes& nodes, const LeafSystem& leaves) const {
+  std::vector<int> counts(leaves.size(), kEscapeRays);
+  const double all_w = lamps_w + (lights ? Sum(lights->power_w()) : 0.0);
+  for (size_t i = 0; i < counts.size(); ++i) {
+    double power_w_m2 = lamps_w_m2[tree.node(nodes.leaves[i]).id.surface];
+    if (!leaves.given.empty()) {
+      const Lanes reflected = leaves.reflectance[i] * leaves.given[i];
+      power_w_m2 += reflected[0] + reflected[1] + reflected[2];
+    }
+    if (power_w_m2 > 0) counts[i] = EscapeRaysOf(leaves.area_m2[i] * power_w_m2 / all_w);
+  }
+  return counts;
 }
 
-std::vector<double> Shard::Impl::EscapeShares(const ActiveNodes& nodes) const {
+std::vector<double> Shard::Impl::EscapeShares(const ActiveNodes& nodes,
+                                              std::span<const int> ray_counts) const {
   std::vector<double> shares(nodes.leaves.size(), 0);
   pool.For(shares.size(), 64, [&](size_t begin, size_t end, int) {
     for (size_t i = begin; i < end; ++i) {
@@ -234,22 +245,22 @@ std::vector<double> Shard::Impl::EscapeShares(const ActiveNodes& nodes) const {
       shares[i] = id.is_surface()   ? scout.escape[id.surface]
                   : record.id == id ? record.escape
                                     : EscapeShare(hierarchy, rays, mirrors, id, tree.polygon(node),
-                                                  record.escape, EscapeRays(node), options.seed);
+                                                  record.escape, ray_counts[i], options.seed);
     }
   });
   return shares;
 }
 
 std::vector<RowMeasure> Shard::Impl::MeasureRows(const ActiveNodes& nodes,
-                                                 std::span<const double> escape) const {
+                                                 std::span<const double> escape,
+                                                 std::span<const int> ray_counts) const {
   std::vector<RowMeasure> rows(escape.size());
   for (size_t i = 0; i < rows.size(); ++i) {
     const NodeId& id = tree.node(nodes.leaves[i]).id;
     // Where nothing is seen to leave, nothing is taken to: see unseen_openings.
     const bool none_leaves = escape[i] == 0 && scout.unseen_openings[id.surface] > 0;
     if (scout.closed[id.surface] != 0 || none_leaves) continue;
-    const double ray_count =
-        id.is_surface() ? scout.rays[id.surface] : EscapeRays(nodes.leaves[i]) + kPriorRays;
+    const double ray_count = id.is_surface() ? scout.rays[id.surface] : ray_counts[i] + kPriorRays;
     // By the share of the whole surface: a leaf whose rays all stay by chance is not more certain.
     rows[i] = {1 - escape[i], EscapeDeviation(scout.escape[id.surface], ray_count)};
   }

@@ -97,10 +97,11 @@ struct Shard::Impl {
   Status AddErrors(const ActiveNodes& nodes, const LeafSystem& leaves, const SolverResult& solution,
                    const ErrorEstimate& errors, const ClosureSummary& closing, Exchange& exchange,
                    RoundReport& report) const;
-  int EscapeRays(uint32_t node) const;
-  std::vector<double> EscapeShares(const ActiveNodes& nodes) const;
-  std::vector<RowMeasure> MeasureRows(const ActiveNodes& nodes,
-                                      std::span<const double> escape) const;
+  // By own leaf: how many rays tell what escapes of its light.
+  std::vector<int> EscapeRays(const ActiveNodes& nodes, const LeafSystem& leaves) const;
+  std::vector<double> EscapeShares(const ActiveNodes& nodes, std::span<const int> ray_counts) const;
+  std::vector<RowMeasure> MeasureRows(const ActiveNodes& nodes, std::span<const double> escape,
+                                      std::span<const int> ray_counts) const;
 };
 
 }  // namespace isolux

@@ -14,7 +14,7 @@ namespace {
 
 // Over the whole scene, half of them in proportion to area, half to emitted power.
 constexpr double kScoutRays = 131072;
-constexpr double kPowerRays = 16384;  // over all leaves that emit, in proportion to power
+constexpr double kPowerRays = 16384;  // over all leaves, in proportion to power
 constexpr double kClosedRays = 15;    // times 1/(a (1 − ρ̄)): see the header
 // Of a component that absorbs less than this at a bounce, at most.
 constexpr double kMagnifiesMuch = 0.05, kMostRays = 1 << 22;
@@ -208,8 +208,8 @@ Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, const Mirro
   return scouting.Told(accuracy);
 }
 
-int EscapeRaysOf(double share_of_emitted_power) {
-  const double packets = std::round(kPowerRays / RayScene::kPacket * share_of_emitted_power);
+int EscapeRaysOf(double share_of_power) {
+  const double packets = std::round(kPowerRays / RayScene::kPacket * share_of_power);
   return RayScene::kPacket * std::max(kEscapeRays / RayScene::kPacket, static_cast<int>(packets));
 }
 

@@ -35,9 +35,10 @@ Scout ScoutEscapes(const Hierarchy& hierarchy, const RayScene& rays, const Mirro
                    ThreadPool& pool);
 
 // Rays that tell what share of an element's light escapes: at least kEscapeRays, and more where
-// much of the scene's power comes from, since what a lamp loses all else lacks.
+// much of the scene's power comes from, since what a lamp loses all else lacks: the share of it
+// that the element emits, or reflects of what lights bring.
 inline constexpr int kEscapeRays = 32, kPriorRays = 16;
-int EscapeRaysOf(double share_of_emitted_power);
+int EscapeRaysOf(double share_of_power);
 
 // Share of the light of an element that escapes: of so many seeded cosine-distributed rays, drawn
 // towards the share of the element it is part of as by kPriorRays more.

@@ -78,7 +78,8 @@ double ReflectedBy(const LeafSystem& leaves, size_t i, const Lanes& irradiance, 
 // By panes and the medium, W over the channels. What the medium takes of every link adds up; panes
 // are crossed by few of the rays that a coarse round has.
 double TakenOnTheWay(const std::string& effect, const Hierarchy& hierarchy,
-                     const RoundReport& report, double error, double reflected_w_m2) {
+                     const RoundReport& report, double error,
+                     std::span<const double> reflected_w_m2) {
   if (effect == "clear-glass") return MostTakenByPanes(hierarchy, reflected_w_m2);
   if (effect != "medium") return 0;
   double medium_w = 0;
@@ -159,13 +160,16 @@ Result<std::vector<MeasuredEffect>> MeasureNeglect(
   const Lobes lobes = LobesOf(hierarchy, product);
   Reduction power;
   power.sums.resize(1 + effects.size());  // that arrives; by way of each effect
-  power.maxima = {0};                     // of what is reflected
+  // Of what is reflected, by surface where panes look at each.
+  const bool by_surface =
+      std::ranges::find(effects, "clear-glass") != effects.end() && PanesLookAtSurfaces(hierarchy);
+  power.maxima.resize(by_surface ? hierarchy.surfaces().size() : 1);
   for (size_t i = 0; i < leaves.size(); ++i) {
     power.sums[0].Add(leaves.area_m2[i] * SumOf(irradiance[i]));
-    const Surface& surface = product.tree().surface_of(product.active().leaves[i]);
-    power.maxima[0] =
-        std::max(power.maxima[0],
-                 ReflectedBy(leaves, i, irradiance[i], errors.leaves[i].error, surface.exitance));
+    const uint32_t node = product.active().leaves[i];
+    double& reflected = power.maxima[by_surface ? product.tree().node(node).id.surface : 0];
+    reflected = std::max(reflected, ReflectedBy(leaves, i, irradiance[i], errors.leaves[i].error,
+                                                product.tree().surface_of(node).exitance));
     for (size_t k = 0; k < effects.size(); ++k) {
       const Lanes share = ShareOf(effects[k], leaves, specular[i], lobes.moved[i], i);
       power.sums[1 + k].Add(leaves.area_m2[i] * (SumOf(share * irradiance[i]) +
@@ -189,8 +193,8 @@ Result<std::vector<MeasuredEffect>> MeasureNeglect(
   std::vector<MeasuredEffect> measured;
   for (size_t k = 0; k < effects.size(); ++k) {
     if (effects[k] == "gloss" && !std::isfinite(with_lobes)) continue;
-    const double power_w = total.sums[1 + k].Value() + TakenOnTheWay(effects[k], hierarchy, report,
-                                                                     errors.total, total.maxima[0]);
+    const double power_w = total.sums[1 + k].Value() +
+                           TakenOnTheWay(effects[k], hierarchy, report, errors.total, total.maxima);
     measured.push_back({.name = effects[k],
                         .share = arriving_w > 0 ? power_w / arriving_w : 0,
                         .amplification = effects[k] == "gloss" ? with_lobes : amplification});

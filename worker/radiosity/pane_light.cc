@@ -10,40 +10,53 @@
 namespace isolux {
 namespace {
 
-constexpr uint64_t kMostPairs = 1 << 22;  // of panes and lamps: some seconds
+constexpr uint64_t kMostPairs = 1 << 22;  // of panes and surfaces: some seconds
 
-struct Lamp {
+// Over the channels, W/m².
+struct Source {
   const ConvexPolygon* polygon;
-  double exitance_w_m2;  // over the channels
+  double emitted = 0, reflected = 0;
 };
 
-// Mean form factor from four points of a pane, on the side of this normal, to a lamp.
-double FactorTo(const ConvexPolygon& lamp, const Vec3x4& points, const Vec3& on_pane,
+// Mean form factor from four points of a pane, on the side of this normal, to a source.
+double FactorTo(const ConvexPolygon& source, const Vec3x4& points, const Vec3& on_pane,
                 const Vec3& normal, double tolerance_m) {
-  const ClippedPolygon seen = ClipToFront(lamp, on_pane, normal, tolerance_m);
+  const ClippedPolygon seen = ClipToFront(source, on_pane, normal, tolerance_m);
   if (seen.count < 3) return 0;
   const Lanes factors = PointFormFactors(points, normal, seen.corners());
-  const Vec3 facing = lamp.Normal();
+  const Vec3 facing = source.Normal();
   double sum = 0;
   for (int i = 0; i < 4; ++i) {
     const Vec3 x(points.x[i], points.y[i], points.z[i]);
-    if (glm::dot(facing, x - lamp.v[0]) > 0) sum += factors[i] / 4;
+    if (glm::dot(facing, x - source.v[0]) > 0) sum += factors[i] / 4;
   }
   return sum;
 }
 
+std::vector<Source> SourcesOf(const Hierarchy& hierarchy, std::span<const double> reflected_w_m2) {
+  const bool of_each = reflected_w_m2.size() == hierarchy.surfaces().size();
+  std::vector<Source> sources;
+  for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
+    const double emitted = Sum(hierarchy.surfaces()[s].exitance);
+    const double reflected = of_each ? reflected_w_m2[s] : 0;
+    if (emitted + reflected > 0) sources.push_back({&hierarchy.geometry(s), emitted, reflected});
+  }
+  return sources;
+}
+
 }  // namespace
 
-double MostTakenByPanes(const Hierarchy& hierarchy, double reflected_w_m2) {
+bool PanesLookAtSurfaces(const Hierarchy& hierarchy) {
+  return hierarchy.scene().glazing.panes.size() * hierarchy.surfaces().size() <= kMostPairs;
+}
+
+double MostTakenByPanes(const Hierarchy& hierarchy, std::span<const double> reflected_w_m2) {
   const Glazing& glazing = hierarchy.scene().glazing;
-  std::vector<Lamp> lamps;
-  for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
-    const double exitance_w_m2 = Sum(hierarchy.surfaces()[s].exitance);
-    if (exitance_w_m2 > 0) lamps.push_back({&hierarchy.geometry(s), exitance_w_m2});
-  }
-  if (glazing.panes.size() * lamps.size() > kMostPairs) {
+  const std::vector<Source> sources = SourcesOf(hierarchy, reflected_w_m2);
+  if (glazing.panes.size() * sources.size() > kMostPairs) {
     return std::numeric_limits<double>::infinity();
   }
+  const double brightest = std::ranges::max(reflected_w_m2);
   const double tolerance_m = 1e-9 * hierarchy.extent_m();
   double power_w = 0;
   for (const Pane& pane : glazing.panes) {
@@ -55,12 +68,15 @@ double MostTakenByPanes(const Hierarchy& hierarchy, double reflected_w_m2) {
     for (int i = 0; i < 4; ++i)
       at[static_cast<size_t>(i)] = 0.5 * (middle + shape.v[i % shape.count]);
     const Vec3x4 points(at);
-    double falls_w_m2 = 2 * reflected_w_m2;
+    double falls_w_m2 = 0;
     for (const Vec3& normal : {shape.Normal(), -shape.Normal()}) {
-      for (const Lamp& lamp : lamps) {
-        falls_w_m2 +=
-            lamp.exitance_w_m2 * FactorTo(*lamp.polygon, points, middle, normal, tolerance_m);
+      double reflected = reflected_w_m2.size() == 1 ? brightest : 0;
+      for (const Source& source : sources) {
+        const double factor = FactorTo(*source.polygon, points, middle, normal, tolerance_m);
+        falls_w_m2 += factor * source.emitted;
+        reflected += factor * source.reflected;
       }
+      falls_w_m2 += std::min(reflected, brightest);
     }
     const Rgb taken = Rgb(1.0) - glazing.glasses[pane.glass].MeanTransmittance();
     power_w += shape.Area() * std::max({taken.x, taken.y, taken.z}) * falls_w_m2;

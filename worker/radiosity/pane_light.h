@@ -2,13 +2,20 @@
 // round has few, may miss a pane that is small; its own light cannot be missed.
 #pragma once
 
+#include <span>
+
 #include "common/hierarchy/hierarchy.h"
 
 namespace isolux {
 
-// W over all channels. On each side falls what the lamps bring by closed form, with nothing in
-// between, and over the whole hemisphere what else radiates `reflected_w_m2` at most, over the
-// channels. Infinite where there are too many panes and lamps to go through.
-double MostTakenByPanes(const Hierarchy& hierarchy, double reflected_w_m2);
+// Whether panes and surfaces are few enough to go through all pairs of them.
+bool PanesLookAtSurfaces(const Hierarchy& hierarchy);
+
+// W over all channels. On each side falls by closed form, with nothing in between, what the lamps
+// bring, and what else surfaces radiate, `reflected_w_m2` over the channels at most: of each
+// surface, where panes look at them, and no more than if all round were as bright as the brightest;
+// else one number, of all, from all round. Infinite where there are too many panes and lamps to go
+// through.
+double MostTakenByPanes(const Hierarchy& hierarchy, std::span<const double> reflected_w_m2);
 
 }  // namespace isolux
