@@ -82,7 +82,7 @@ TEST(Effects, DirectLightAloneMissesNoMoreThanItsBound) {
     EXPECT_EQ(direct.summary.rounds.back().iterations, 1U);
     EXPECT_GT(whole.summary.rounds.back().iterations, 2U);
     // What is left out shows as residual.
-    EXPECT_NEAR(direct.summary.rounds.back().residual, rho, 0.05 * rho + 1e-3);
+    EXPECT_NEAR(direct.summary.rounds.back().residual, rho, 0.005 * rho + 1e-4);
   }
 }
 

@@ -84,7 +84,7 @@ TEST(Everything, IsCalledForAndMeets) {
     EXPECT_GT(last.glass_w[c], 0) << c;
     EXPECT_GT(last.escaped_w[c], 0) << c;
   }
-  EXPECT_LT(last.energy_imbalance, 0.03);
+  EXPECT_LT(last.energy_imbalance, 0.006);
 }
 
 }  // namespace

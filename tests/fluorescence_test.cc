@@ -85,8 +85,8 @@ TEST(Fluorescence, TwoPlates) {
   for (const PatchFace& face : result.patch.faces) {
     if (face.polygon < 4) continue;
     const int plate = face.polygon == 4 ? 0 : 1;
-    EXPECT_NEAR(face.radiosity[2] / blue[plate], 1, 0.02);
-    EXPECT_NEAR(face.radiosity[1] / green[plate], 1, 0.03);
+    EXPECT_NEAR(face.radiosity[2] / blue[plate], 1, 0.012);
+    EXPECT_NEAR(face.radiosity[1] / green[plate], 1, 0.012);
     EXPECT_EQ(face.radiosity[0], 0);
     ++faces_seen;
   }

@@ -343,12 +343,12 @@ TEST(Lights, TheSunIsADisc) {
     }
     const double s = std::clamp(t, -1.0, 1.0);
     const double share = 0.5 + (std::asin(s) + s * std::sqrt(1 - s * s)) / pi;
-    EXPECT_NEAR(vertex.irradiance[0], share * 800, 0.2 * 800);
+    EXPECT_NEAR(vertex.irradiance[0], share * 800, 0.09 * 800);
     off += vertex.irradiance[0] - share * 800;
     ++penumbra;
   }
   ASSERT_GT(penumbra, 10);
-  EXPECT_LT(std::abs(off) / penumbra, 0.02 * 800);
+  EXPECT_LT(std::abs(off) / penumbra, 0.005 * 800);
 }
 
 // On one, two and three workers; nor may energy be lost. What escapes is known by rays, of the

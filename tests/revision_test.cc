@@ -224,7 +224,7 @@ TEST(Revision, WhatMattersStays) {
 // Of rooms of all sizes, lamps and surfaces, with an effect of any size: the bound that the first
 // round measures holds, and is not far above.
 TEST(Revision, TheMeasuredBoundHoldsInRandomRooms) {
-  double largest_ratio = 0, largest_of_panes = 0;
+  double largest_ratio = 0;
   for (uint64_t seed = 1; seed <= 20; ++seed) {
     Random random(seed);
     Scene scene = RandomRoom(seed, 1);
@@ -257,12 +257,9 @@ TEST(Revision, TheMeasuredBoundHoldsInRandomRooms) {
     const double bound = coarse.measured[0].Neglect(), cost = CostOf(scene, name);
     EXPECT_GE(bound, cost) << name << ", seed " << seed;
     std::printf("seed %2d %-12s bound %.4f cost %.4f\n", static_cast<int>(seed), name, bound, cost);
-    // What falls on panes is not followed.
-    double& largest = seed % 5 == 3 ? largest_of_panes : largest_ratio;
-    if (cost > 5e-3) largest = std::max(largest, bound / cost);
+    if (cost > 5e-3) largest_ratio = std::max(largest_ratio, bound / cost);
   }
   EXPECT_LT(largest_ratio, 8);
-  EXPECT_LT(largest_of_panes, 60);
 }
 
 SolveOptions Fixed() {

@@ -208,8 +208,8 @@ TEST(Sheets, FurnacesStayEven) {
     EXPECT_LT(last.energy_imbalance, 3e-3) << passes;
     EXPECT_NEAR(last.absorbed_w[0] / last.emitted_w[0], 1, 3e-3);
     for (const PatchFace& face : result.patch.faces) {
-      EXPECT_NEAR(face.irradiance[0], 1, 0.02) << face.polygon;
-      EXPECT_NEAR(face.radiosity[0], 1, 0.02) << face.polygon;
+      EXPECT_NEAR(face.irradiance[0], 1, 0.004) << face.polygon;
+      EXPECT_NEAR(face.radiosity[0], 1, 0.004) << face.polygon;
     }
   }
 }
@@ -286,9 +286,9 @@ TEST(Sheets, MirrorsShowThem) {
   const SolveResult mirrored = Solve(half, 0.2), unfolded = Solve(whole, 0.2);
   for (const int side : {0, 1}) {
     EXPECT_NEAR(MeansOn(mirrored, 6, side).irradiance / MeansOn(unfolded, 6, side).irradiance, 1,
-                0.02);
+                0.008);
     EXPECT_NEAR(MeansOn(mirrored, 6, side).radiosity / MeansOn(unfolded, 6, side).radiosity, 1,
-                0.02);
+                0.008);
   }
   EXPECT_LT(LastRound(mirrored).energy_imbalance, 0.01);
   EXPECT_LT(LastRound(unfolded).energy_imbalance, 0.01);

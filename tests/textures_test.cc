@@ -81,7 +81,8 @@ TEST(Textures, FurnaceGlowsEvenly) {
     lowest_emission = std::min<double>(lowest_emission, face.emission[2]);
     highest_emission = std::max<double>(highest_emission, face.emission[2]);
   }
-  for (const PatchVertex& vertex : result.patch.vertices) EXPECT_NEAR(vertex.radiosity[0], 1, 0.05);
+  for (const PatchVertex& vertex : result.patch.vertices)
+    EXPECT_NEAR(vertex.radiosity[0], 1, 0.003);
   EXPECT_LT(lowest_emission, 0.3);  // the faces show the map
   EXPECT_GT(highest_emission, 0.7);
   EXPECT_LT(result.summary.rounds.back().energy_imbalance, 1e-3);

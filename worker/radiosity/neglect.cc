@@ -13,6 +13,7 @@ namespace {
 
 // Of the solve of light from everywhere; what it leaves is made up for.
 constexpr double kAccuracy = 0.02;
+constexpr size_t kMostSurfaces = 1 << 18;     // of each of which a number travels
 constexpr double kAccuracyWithLobes = 0.001;  // with these surfaces may reflect nearly all
 
 double SumOf(const Lanes& v) { return v[0] + v[1] + v[2]; }
@@ -160,9 +161,9 @@ Result<std::vector<MeasuredEffect>> MeasureNeglect(
   const Lobes lobes = LobesOf(hierarchy, product);
   Reduction power;
   power.sums.resize(1 + effects.size());  // that arrives; by way of each effect
-  // Of what is reflected, by surface where panes look at each.
-  const bool by_surface =
-      std::ranges::find(effects, "clear-glass") != effects.end() && PanesLookAtSurfaces(hierarchy);
+  // Of what is reflected, by surface where panes look at them.
+  const bool by_surface = std::ranges::find(effects, "clear-glass") != effects.end() &&
+                          hierarchy.surfaces().size() <= kMostSurfaces;
   power.maxima.resize(by_surface ? hierarchy.surfaces().size() : 1);
   for (size_t i = 0; i < leaves.size(); ++i) {
     power.sums[0].Add(leaves.area_m2[i] * SumOf(irradiance[i]));

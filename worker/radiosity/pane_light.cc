@@ -1,6 +1,7 @@
 #include "worker/radiosity/pane_light.h"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -15,7 +16,8 @@ constexpr uint64_t kMostPairs = 1 << 22;  // of panes and surfaces: some seconds
 // Over the channels, W/m².
 struct Source {
   const ConvexPolygon* polygon;
-  double emitted = 0, reflected = 0;
+  double emitted = 0;
+  double reflected = 0;  // beyond what counts as all round
 };
 
 // Mean form factor from four points of a pane, on the side of this normal, to a source.
@@ -33,30 +35,33 @@ double FactorTo(const ConvexPolygon& source, const Vec3x4& points, const Vec3& o
   return sum;
 }
 
-std::vector<Source> SourcesOf(const Hierarchy& hierarchy, std::span<const double> reflected_w_m2) {
-  const bool of_each = reflected_w_m2.size() == hierarchy.surfaces().size();
-  std::vector<Source> sources;
-  for (uint32_t s = 0; s < hierarchy.surfaces().size(); ++s) {
-    const double emitted = Sum(hierarchy.surfaces()[s].exitance);
-    const double reflected = of_each ? reflected_w_m2[s] : 0;
-    if (emitted + reflected > 0) sources.push_back({&hierarchy.geometry(s), emitted, reflected});
-  }
-  return sources;
+// What all but the brightest surfaces reflect at most, so many of them.
+double BrightestBeyond(std::span<const double> reflected_w_m2, size_t count) {
+  if (count >= reflected_w_m2.size()) return 0;
+  std::vector<double> falling(reflected_w_m2.begin(), reflected_w_m2.end());
+  const auto at = falling.begin() + static_cast<ptrdiff_t>(count);
+  std::ranges::nth_element(falling, at, std::ranges::greater());
+  return *at;
 }
 
 }  // namespace
 
-bool PanesLookAtSurfaces(const Hierarchy& hierarchy) {
-  return hierarchy.scene().glazing.panes.size() * hierarchy.surfaces().size() <= kMostPairs;
-}
-
 double MostTakenByPanes(const Hierarchy& hierarchy, std::span<const double> reflected_w_m2) {
   const Glazing& glazing = hierarchy.scene().glazing;
-  const std::vector<Source> sources = SourcesOf(hierarchy, reflected_w_m2);
-  if (glazing.panes.size() * sources.size() > kMostPairs) {
-    return std::numeric_limits<double>::infinity();
-  }
+  const auto surfaces = hierarchy.surfaces();
+  const auto lamps = static_cast<size_t>(
+      std::ranges::count_if(surfaces, [](const Surface& s) { return Sum(s.exitance) > 0; }));
+  const size_t most = kMostPairs / std::max<size_t>(glazing.panes.size(), 1);
+  if (lamps > most) return std::numeric_limits<double>::infinity();
+  const bool of_each = reflected_w_m2.size() == surfaces.size();
+  const double all_round = BrightestBeyond(reflected_w_m2, of_each ? most - lamps : 0);
   const double brightest = std::ranges::max(reflected_w_m2);
+  std::vector<Source> sources;
+  for (uint32_t s = 0; s < surfaces.size(); ++s) {
+    const double beyond = of_each ? std::max(0.0, reflected_w_m2[s] - all_round) : 0.0;
+    const double emitted = Sum(surfaces[s].exitance);
+    if (emitted + beyond > 0) sources.push_back({&hierarchy.geometry(s), emitted, beyond});
+  }
   const double tolerance_m = 1e-9 * hierarchy.extent_m();
   double power_w = 0;
   for (const Pane& pane : glazing.panes) {
@@ -70,7 +75,7 @@ double MostTakenByPanes(const Hierarchy& hierarchy, std::span<const double> refl
     const Vec3x4 points(at);
     double falls_w_m2 = 0;
     for (const Vec3& normal : {shape.Normal(), -shape.Normal()}) {
-      double reflected = reflected_w_m2.size() == 1 ? brightest : 0;
+      double reflected = all_round;
       for (const Source& source : sources) {
         const double factor = FactorTo(*source.polygon, points, middle, normal, tolerance_m);
         falls_w_m2 += factor * source.emitted;

@@ -8,14 +8,11 @@
 
 namespace isolux {
 
-// Whether panes and surfaces are few enough to go through all pairs of them.
-bool PanesLookAtSurfaces(const Hierarchy& hierarchy);
-
 // W over all channels. On each side falls by closed form, with nothing in between, what the lamps
-// bring, and what else surfaces radiate, `reflected_w_m2` over the channels at most: of each
-// surface, where panes look at them, and no more than if all round were as bright as the brightest;
-// else one number, of all, from all round. Infinite where there are too many panes and lamps to go
-// through.
+// bring, and what else surfaces radiate, `reflected_w_m2` over the channels at most: either of each
+// surface, of which as many as there is time for are looked at, the brightest; or one number, of
+// all. What is not looked at counts as if all round were as bright as it may be. Infinite where
+// there are too many panes and lamps to go through.
 double MostTakenByPanes(const Hierarchy& hierarchy, std::span<const double> reflected_w_m2);
 
 }  // namespace isolux
