@@ -319,6 +319,18 @@ TEST(Mirrors, AgreeWithPathTracing) {
   const Comparison off = Compare(result.patch, points).value();
   EXPECT_LT(off.l1_relative, 0.02 + NoiseOf(points));
   EXPECT_EQ(off.unmatched, 0U);
+  // Paths that met a mirror bring all that paths without mirrors lack.
+  const auto sum_of = [](const std::vector<ReferencePoint>& at) {
+    double sum = 0;
+    for (const ReferencePoint& point : at) sum += Sum(point.irradiance);
+    return sum;
+  };
+  Scene without = scene;
+  for (Material& material : without.materials) material.specular = 0;
+  const PathTracing paths{.points = 48, .error = 0.2},
+      by_mirrors{.points = 48, .error = 0.2, .by_mirrors_alone = true};
+  const double lacking = sum_of(points) - sum_of(TracePaths(without, paths, pool));
+  EXPECT_NEAR(sum_of(TracePaths(scene, by_mirrors, pool)) / lacking, 1, 0.02);
   // Without mirrors it would be far off.
   EXPECT_GT(Compare(Solve(scene, 0.2, "-mirrors").patch, points).value().l1_relative, 0.2);
 }
