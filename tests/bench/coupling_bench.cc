@@ -61,8 +61,8 @@ std::string ToText(double tolerance) {
 }
 
 const char* ToText(Regime regime) {
-  constexpr std::array<const char*, kRegimes> kNames{
-      "undecided", "zero", "negligible", "midpoint", "kernel", "points", "many points", "contour"};
+  constexpr std::array<const char*, kRegimes> kNames{"zero",   "negligible",  "midpoint", "kernel",
+                                                     "points", "many points", "contour"};
   return kNames[static_cast<size_t>(regime)];
 }
 
@@ -182,19 +182,11 @@ void BenchRefinement() {
             "%");
       Print("refinement", name + " mean", 1e9 * MeanTime(pairs, by_regime[r], tolerance), "ns");
     }
-    std::vector<FarPair> batch;
-    for (size_t i = 0; i < pairs.size(); ++i) {
-      batch.push_back({&pairs.p[i], &pairs.q[i], tolerance * pairs.Least(i)});
-    }
-    std::vector<PairCoupling> results(batch.size());
-    const double seconds = LeastTime([&] { CoupleFar(batch, results); });
-    Print("refinement", "four at a time" + at, 1e9 * seconds / static_cast<double>(pairs.size()),
-          "ns");
   }
   volatile double sink = 0;
   const double seconds = LeastTime([&] {
     for (size_t i = 0; i < pairs.size(); ++i) {
-      sink = sink + VariationOver(pairs.p[i], pairs.q[i], 0).over_p;
+      sink = sink + RangesOver(pairs.p[i], pairs.q[i]).over_p.high;
     }
   });
   Print("refinement", "variation of the form factor, mean",

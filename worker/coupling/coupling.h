@@ -8,7 +8,6 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 
 #include "common/scene/scene.h"
 
@@ -26,7 +25,6 @@ CouplingEnd MakeCouplingEnd(const ConvexPolygon& polygon);
 
 // The rule that a coupling came from, the cheapest first.
 enum class Regime : uint8_t {
-  kUndecided,   // of CoupleFar alone: not far enough apart
   kZero,        // neither sees the front of the other: exactly 0
   kNegligible,  // the upper bound is below the tolerance
   kMidpoint,    // kernel at the centres
@@ -35,7 +33,7 @@ enum class Regime : uint8_t {
   kManyPoints,  // the same from 7 or 9 points
   kContour,     // adaptive contour integral
 };
-inline constexpr int kRegimes = 8;
+inline constexpr int kRegimes = 7;
 
 struct PairCoupling {
   double coupling_m2 = 0;  // in [0, min(A_p, A_q)]
@@ -48,16 +46,5 @@ struct PairCoupling {
 // Within `tolerance_m2` (> 0) of the truth, but for one pair in a thousand, and for what double
 // precision leaves: about 1e-15 of the product of the polygons' lengths.
 PairCoupling Couple(const CouplingEnd& p, const CouplingEnd& q, double tolerance_m2);
-
-struct FarPair {
-  const CouplingEnd* p = nullptr;
-  const CouplingEnd* q = nullptr;
-  double tolerance_m2 = 0;
-};
-
-// The rules of pairs far apart, four pairs side by side: bit for bit what Couple gives for the
-// pairs that end as zero, negligible or midpoint by the bounding spheres alone, kUndecided for all
-// others. `results` is as long as `pairs`.
-void CoupleFar(std::span<const FarPair> pairs, std::span<PairCoupling> results);
 
 }  // namespace isolux

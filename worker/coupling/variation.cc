@@ -71,10 +71,10 @@ struct Range {
     low = Minimum(low, values);
     high = Maximum(high, values);
   }
-  double Width() const {
+  FormFactorRange Least() const {
     const double least = std::min(std::min(low[0], low[1]), std::min(low[2], low[3]));
     const double most = std::max(std::max(high[0], high[1]), std::max(high[2], high[3]));
-    return most > least ? most - least : 0.0;
+    return most > least ? FormFactorRange{least, most} : FormFactorRange{};
   }
 };
 
@@ -87,10 +87,16 @@ Lanes KernelFactors(const Vec3x4& points, const Vec3& n, const CouplingEnd& sour
   return cosines * source.area_m2 / (kPi * d2 * d2);
 }
 
-double FarVariation(const CouplingEnd& p, const CouplingEnd& q) {
+FormFactorRange FarRange(const CouplingEnd& p, const CouplingEnd& q) {
   Range range;
   range.Add(KernelFactors(CornerSamples(p), p.normal, q));
-  return range.Width();
+  return range.Least();
+}
+
+FloatLanes Narrow(Lanes low, Lanes high) {
+  return reinterpret_cast<FloatLanes>(
+      _mm256_set_m128(_mm256_cvtpd_ps(reinterpret_cast<__m256d>(high)),
+                      _mm256_cvtpd_ps(reinterpret_cast<__m256d>(low))));
 }
 
 // Eight points in the plane of p, about its centre and in a unit of length that is a power of two,
@@ -99,10 +105,12 @@ class PlanePoints {
  public:
   PlanePoints(const CouplingEnd& p, double unit_m, const Vec3x4& first, const Vec3x4& second)
       : centre_(p.centre), normal_(p.normal), scale_(1 / unit_m) {
-    for (int i = 0; i < 4; ++i) {
-      Set(i, {first.x[i], first.y[i], first.z[i]});
-      Set(4 + i, {second.x[i], second.y[i], second.z[i]});
-    }
+    const auto local = [&](const Lanes& a, const Lanes& b, double centre) {
+      return Narrow(scale_ * (a - centre), scale_ * (b - centre));
+    };
+    x_ = local(first.x, second.x, centre_.x);
+    y_ = local(first.y, second.y, centre_.y);
+    z_ = local(first.z, second.z, centre_.z);
   }
 
   // Form factors to a polygon in front of the plane, as PointFormFactors; 0 from behind it.
@@ -135,20 +143,13 @@ class PlanePoints {
   }
 
  private:
-  void Set(int lane, const Vec3& x) {
-    const Vec3 local = scale_ * (x - centre_);
-    x_[lane] = static_cast<float>(local.x);
-    y_[lane] = static_cast<float>(local.y);
-    z_[lane] = static_cast<float>(local.z);
-  }
-
   Vec3 centre_, normal_;
   double scale_;
   FloatLanes x_{}, y_{}, z_{};
 };
 
-double NearVariation(const CouplingEnd& p, const CouplingEnd& q, std::span<const Vec3> q_front,
-                     double mean, bool closest, double unit_m) {
+FormFactorRange NearRange(const CouplingEnd& p, const CouplingEnd& q, std::span<const Vec3> q_front,
+                          bool closest, double unit_m) {
   const Vec3x4 corners = CornerSamples(p);
   Vec3x4 others = corners;
   if (closest) {
@@ -158,17 +159,17 @@ double NearVariation(const CouplingEnd& p, const CouplingEnd& q, std::span<const
     others = Mix(p.centre, 0.05, points);
   }
   const FloatLanes factors = PlanePoints(p, unit_m, corners, others).Factors(q, q_front);
-  float low = static_cast<float>(mean), high = low;
-  for (int i = 0; i < 8; ++i) {
+  float low = factors[0], high = low;
+  for (int i = 1; i < 8; ++i) {
     low = std::min(low, factors[i]);
     high = std::max(high, factors[i]);
   }
-  return static_cast<double>(high - low);
+  return {low, high};
 }
 
 }  // namespace
 
-FormFactorVariation VariationOver(const CouplingEnd& p, const CouplingEnd& q, double coupling_m2) {
+FormFactorRanges RangesOver(const CouplingEnd& p, const CouplingEnd& q) {
   const double tolerance_m = PlaneTolerance(p, q);
   const Facing q_facing = FacingOf(q, p, tolerance_m);
   const Facing p_facing = FacingOf(p, q, tolerance_m);
@@ -179,15 +180,21 @@ FormFactorVariation VariationOver(const CouplingEnd& p, const CouplingEnd& q, do
   if (q_facing == Facing::kFront && p_facing == Facing::kFront && kappa < kFarKappa &&
       2 * kappa * kappa * p.area_m2 * q.area_m2 / (kPi * distance * distance) <
           kFarTolerance * std::min(p.area_m2, q.area_m2)) {
-    return {FarVariation(p, q), FarVariation(q, p)};
+    return {FarRange(p, q), FarRange(q, p)};
   }
   const ClippedPolygon q_front = ClipToFront(*q.polygon, p.polygon->v[0], p.normal, tolerance_m);
   const ClippedPolygon p_front = ClipToFront(*p.polygon, q.polygon->v[0], q.normal, tolerance_m);
   if (q_front.count == 0 || p_front.count == 0) return {};
   const bool closest = kappa > kClosestPointsKappa;
   const double unit_m = std::ldexp(1.0, std::ilogb(distance + reach));
-  return {NearVariation(p, q, q_front.corners(), coupling_m2 / p.area_m2, closest, unit_m),
-          NearVariation(q, p, p_front.corners(), coupling_m2 / q.area_m2, closest, unit_m)};
+  return {NearRange(p, q, q_front.corners(), closest, unit_m),
+          NearRange(q, p, p_front.corners(), closest, unit_m)};
+}
+
+FormFactorVariation VariationWith(const FormFactorRanges& ranges, const CouplingEnd& p,
+                                  const CouplingEnd& q, double coupling_m2) {
+  return {ranges.over_p.WidthWith(coupling_m2 / p.area_m2),
+          ranges.over_q.WidthWith(coupling_m2 / q.area_m2)};
 }
 
 }  // namespace isolux

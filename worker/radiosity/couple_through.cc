@@ -140,7 +140,8 @@ ThroughMirrors CoupleThrough(const Tree& tree, uint32_t image, uint32_t p, uint3
       Couple(here, goal,
              std::clamp(wanted_m2 / through.share, kFinest * smaller_m2, kCoarsest * smaller_m2));
   if (!(coupling.coupling_m2 > 0)) return result;
-  const FormFactorVariation variation = VariationOver(here, goal, coupling.coupling_m2);
+  const FormFactorVariation variation =
+      VariationWith(RangesOver(here, goal), here, goal, coupling.coupling_m2);
   const double share = SelfShare(p, q) * through.share;
   result.coupling_m2 = share * coupling.coupling_m2;
   result.variation_p = share * variation.over_p;

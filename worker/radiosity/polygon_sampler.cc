@@ -18,8 +18,7 @@ double InsideShare(const ConvexPolygon& polygon, const Vec3& centre, double nois
   return margin_m * margin_m >= kMost * kMost * least2 ? kMost : margin_m / std::sqrt(least2);
 }
 
-ConvexPolygon DrawnIn(const ConvexPolygon& polygon, double noise_m) {
-  const Vec3 centre = polygon.Centroid();
+ConvexPolygon DrawnIn(const ConvexPolygon& polygon, const Vec3& centre, double noise_m) {
   const double share = InsideShare(polygon, centre, noise_m);
   ConvexPolygon result = polygon;
   for (int i = 0; i < polygon.count; ++i) result.v[i] += share * (centre - polygon.v[i]);

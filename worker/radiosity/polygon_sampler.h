@@ -16,7 +16,10 @@ using FloatPoints = std::array<FloatLanes, 3>;
 // Things stand along sides, and rays from points within the noise would pass through them.
 double InsideShare(const ConvexPolygon& polygon, const Vec3& centre, double noise_m);
 // The polygon drawn in by that share.
-ConvexPolygon DrawnIn(const ConvexPolygon& polygon, double noise_m);
+ConvexPolygon DrawnIn(const ConvexPolygon& polygon, const Vec3& centre, double noise_m);
+inline ConvexPolygon DrawnIn(const ConvexPolygon& polygon, double noise_m) {
+  return DrawnIn(polygon, polygon.Centroid(), noise_m);
+}
 
 // One point, in double; u, v in [0, 1].
 Vec3 SamplePolygon(const ConvexPolygon& polygon, double u, double v);

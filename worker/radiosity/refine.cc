@@ -24,6 +24,9 @@ constexpr double kSpreadWeight = 1.5;
 constexpr double kCovarianceWeight = 3.0;
 // The end whose own spread exceeds this share of its radiosity is split for better visibility.
 constexpr double kSpreadShare = 0.15;
+// Both ends are divided at once where each asks for it with this many times the threshold: halves
+// of either would still be divided for the other.
+constexpr double kBothFrom = 4;
 // Elements smaller than this share of the scene are at the resolution of ray casting in float.
 constexpr double kSmallestElement = 1e-6;
 
@@ -120,8 +123,7 @@ class Evaluator {
     }
     found.verdict = EvaluateElements(pair, link, found);
     // What is divided hands on what may stand between.
-    const bool divided =
-        found.verdict == LinkVerdict::kSplitP || found.verdict == LinkVerdict::kSplitQ;
+    const bool divided = found.verdict != LinkVerdict::kKeep && found.verdict != LinkVerdict::kDrop;
     if (divided && !found.looked) Prove(pair, found);
     return found;
   }
@@ -145,7 +147,8 @@ class Evaluator {
   LinkVerdict Judge(const Link& link) const {
     const LinkError error = ErrorOf(tree_, link, tree_.values(link.p), tree_.values(link.q));
     if (error.total_w <= epsilon_w_) return LinkVerdict::kKeep;
-    return Possible(link, error.split);
+    return Possible(link,
+                    error.other_w > kBothFrom * epsilon_w_ ? LinkVerdict::kSplitBoth : error.split);
   }
 
  private:
@@ -169,8 +172,10 @@ class Evaluator {
         hierarchy.plane_of(tree_.surface_of(link.q).polygon)) {
       return LinkVerdict::kDrop;
     }
-    const CouplingEnd p = MakeCouplingEnd(tree_.polygon(link.p));
-    const CouplingEnd q = MakeCouplingEnd(tree_.polygon(link.q));
+    const CouplingEnd p = tree_.end(link.p), q = tree_.end(link.q);
+    const FormFactorRanges ranges = RangesOver(p, q);
+    const LinkVerdict at_least = JudgeAtLeast(pair, ranges, link);
+    if (at_least != LinkVerdict::kKeep) return at_least;
     const double brighter =
         std::max(tree_.values(link.p).radiosity, tree_.values(link.q).radiosity);
     const double smaller_m2 = std::min(p.area_m2, q.area_m2);
@@ -179,13 +184,14 @@ class Evaluator {
         p, q, std::clamp(wanted_m2, kFinestCoupling * smaller_m2, kCoarsestCoupling * smaller_m2));
     if (!(coupling.coupling_m2 > 0)) return LinkVerdict::kDrop;
     link.unoccluded_m2 = static_cast<float>(coupling.coupling_m2);
-    const FormFactorVariation variation = VariationOver(p, q, coupling.coupling_m2);
+    const FormFactorVariation variation = VariationWith(ranges, p, q, coupling.coupling_m2);
     link.variation_p = static_cast<float>(variation.over_p);
     link.variation_q = static_cast<float>(variation.over_q);
     if (scene_.medium != nullptr) VaryByMedium(*scene_.medium, *p.polygon, *q.polygon, &link);
     if (scene_.panes != nullptr) {
       VaryByPanes(*scene_.panes, *p.polygon, *q.polygon, nullptr, &link);
     }
+    link.visible_rays = 0;
     link.error_code = EncodeCouplingError(coupling.error_m2, coupling.coupling_m2);
     link.visible_share = 65535;
     // Whatever stands between, such a link is too uncertain: split it without looking.
@@ -208,6 +214,16 @@ class Evaluator {
       SampleAgain(link, found);
     }
     return verdict;
+  }
+
+  // By how much form factors vary, whatever the coupling is and whatever rays will see: most pairs
+  // that are divided need no more.
+  LinkVerdict JudgeAtLeast(const Pair& pair, const FormFactorRanges& ranges, Link& link) const {
+    const FormFactorVariation least = ranges.Variation();
+    link.variation_p = static_cast<float>(least.over_p);
+    link.variation_q = static_cast<float>(least.over_q);
+    link.visible_rays = pair.visible || !scene_.occlusion ? Link::kProved : 0;
+    return Judge(link);
   }
 
   // What stands between the ends of a pair of elements.
@@ -242,12 +258,16 @@ class Evaluator {
     link.visible_share = static_cast<uint16_t>(std::lround(sampled.share * 65535));
   }
 
-  // The split asked for, or that of the other end, or none: what the numbers can still resolve.
+  // The split asked for, or that of one end, or none: what the numbers can still resolve.
   LinkVerdict Possible(const Link& link, LinkVerdict wanted) const {
     const auto divisible = [&](uint32_t node) {
       return tree_.is_cluster(node) ||
              (tree_.node(node).id.level() < kMaxLevel && SizeOf(tree_, node) > smallest_m_);
     };
+    if (wanted == LinkVerdict::kSplitBoth) {
+      if (divisible(link.p) && divisible(link.q)) return wanted;
+      wanted = LinkVerdict::kSplitP;
+    }
     const bool first = wanted == LinkVerdict::kSplitP;
     if (divisible(first ? link.p : link.q)) return wanted;
     if (divisible(first ? link.q : link.p))
@@ -351,18 +371,16 @@ class Wavefront {
 
   void Expand(const Pair& pair, const Evaluation& found) {
     if (found.proof == Proof::kHidden) return;
-    const bool first = found.verdict == LinkVerdict::kSplitP;
-    const uint32_t split = first ? pair.p : pair.q, other = first ? pair.q : pair.p;
-    if (!tree_.is_cluster(split)) {
-      tree_.MakeChildren(split);
-      placement_.Extend(tree_);
-    }
     Pair part;
-    part.image = first || pair.p == pair.q ? pair.image : ReverseOf(pair.image);
     part.visible = found.proof == Proof::kVisible;
     part.candidates = found.candidates;
     // Where there were too many candidates, half the shaft will not have few.
     part.look = !(found.looked && pair.look && !found.candidates);
+    if (found.verdict == LinkVerdict::kSplitBoth) return ExpandBoth(pair, part);
+    const bool first = found.verdict == LinkVerdict::kSplitP;
+    const uint32_t split = first ? pair.p : pair.q, other = first ? pair.q : pair.p;
+    part.image = first || pair.p == pair.q ? pair.image : ReverseOf(pair.image);
+    MakeChildren(split);
     tree_.ForEachChild(split, [&](uint32_t child) {
       if (pair.p != pair.q) return Add(child, other, part);
       // A node with itself: each pair of children once.
@@ -370,6 +388,21 @@ class Wavefront {
         if (!(tree_.node(sibling).id < tree_.node(child).id)) Add(child, sibling, part);
       });
     });
+  }
+
+  void ExpandBoth(const Pair& pair, Pair part) {
+    part.image = pair.image;
+    MakeChildren(pair.p);
+    MakeChildren(pair.q);
+    tree_.ForEachChild(pair.p, [&](uint32_t of_p) {
+      tree_.ForEachChild(pair.q, [&](uint32_t of_q) { Add(of_p, of_q, part); });
+    });
+  }
+
+  void MakeChildren(uint32_t node) {
+    if (tree_.is_cluster(node)) return;
+    tree_.MakeChildren(node);
+    placement_.Extend(tree_);
   }
 
   uint32_t ReverseOf(uint32_t image) const {
@@ -455,6 +488,8 @@ LinkError ErrorOf(const Tree& tree, const Link& link, const NodeValues& p, const
         (p_varies != q_varies ? p_varies : p_larger) ? LinkVerdict::kSplitP : LinkVerdict::kSplitQ;
   } else {
     error.split = for_p >= for_q ? LinkVerdict::kSplitP : LinkVerdict::kSplitQ;
+    const double smaller = std::min(for_p, for_q);
+    if (2 * smaller >= std::max(for_p, for_q) && link.p != link.q) error.other_w = smaller;
   }
   return error;
 }

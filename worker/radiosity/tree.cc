@@ -24,6 +24,8 @@ void Tree::Reset() {
   values_.clear();
   area_m2_.clear();
   polygons_.clear();
+  centres_.clear();
+  radius_m_.clear();
   first_leaf_.clear();
   for (uint32_t c = 0; c < cluster_count_; ++c) {
     const Cluster& cluster = hierarchy_->clusters()[c];
@@ -41,8 +43,11 @@ void Tree::Reset() {
 uint32_t Tree::Append(const NodeId& id, uint32_t parent, const ConvexPolygon& polygon) {
   nodes_.push_back({id, parent, kNoNode});
   values_.emplace_back();
-  area_m2_.push_back(polygon.Area());
+  const CouplingEnd end = MakeCouplingEnd(polygon);
+  area_m2_.push_back(end.area_m2);
   polygons_.push_back(polygon);
+  centres_.push_back(end.centre);
+  radius_m_.push_back(end.radius_m);
   return static_cast<uint32_t>(nodes_.size() - 1);
 }
 
@@ -179,7 +184,7 @@ void Tree::PullValues(const Snapshot& snapshot) {
 
 uint64_t Tree::memory_bytes() const {
   return nodes_.size() * (sizeof(Node) + sizeof(NodeValues) + sizeof(double) + sizeof(uint32_t)) +
-         polygons_.size() * sizeof(ConvexPolygon);
+         polygons_.size() * (sizeof(ConvexPolygon) + sizeof(Vec3) + sizeof(double));
 }
 
 }  // namespace isolux

@@ -15,6 +15,7 @@
 #include "common/hierarchy/passed_light.h"
 #include "common/hierarchy/snapshot.h"
 #include "common/util/status.h"
+#include "worker/coupling/coupling.h"
 #include "worker/radiosity/cluster_facing.h"
 
 namespace isolux {
@@ -46,6 +47,7 @@ class Tree {
   double area_m2(uint32_t index) const { return area_m2_[index]; }
   // Geometry of a surface or element.
   const ConvexPolygon& polygon(uint32_t index) const { return polygons_[index - cluster_count_]; }
+  double radius_m(uint32_t index) const { return radius_m_[index - cluster_count_]; }
   bool is_cluster(uint32_t index) const { return index < cluster_count_; }
   const Cluster& cluster(uint32_t index) const { return hierarchy_->clusters()[index]; }
   const Surface& surface_of(uint32_t index) const {
@@ -54,7 +56,11 @@ class Tree {
   Vec3 normal(uint32_t index) const { return normals_[nodes_[index].id.surface]; }
   // Of the area of an element, of the bounds of a cluster.
   Vec3 centre(uint32_t index) const {
-    return is_cluster(index) ? cluster(index).bounds.Centre() : polygon(index).Centroid();
+    return is_cluster(index) ? cluster(index).bounds.Centre() : centres_[index - cluster_count_];
+  }
+  // Of an element, as an end of a coupling. Good until the tree grows.
+  CouplingEnd end(uint32_t index) const {
+    return {&polygon(index), normal(index), centre(index), area_m2(index), radius_m(index)};
   }
   const ClusterFacing& facing() const { return facing_; }
   // Keeps the components of the scene apart in clusters: see ClusterFacing. To be called before
@@ -122,7 +128,9 @@ class Tree {
   std::vector<NodeValues> values_;
   std::vector<double> area_m2_;
   std::vector<uint32_t> first_leaf_;     // of installed nodes
-  std::vector<ConvexPolygon> polygons_;  // without the clusters
+  std::vector<ConvexPolygon> polygons_;  // without the clusters, as the next two
+  std::vector<Vec3> centres_;            // of the area
+  std::vector<double> radius_m_;         // about the centre
 };
 
 template <typename Visit>

@@ -56,7 +56,8 @@ EndPoints PointsOf(const Tree& tree, const NodeSampler& sampler, uint32_t node, 
                    FloatLanes u, FloatLanes v, FloatLanes w) {
   EndPoints points;
   if (!tree.is_cluster(node)) {
-    points.position = PolygonSampler(DrawnIn(tree.polygon(node), noise_m)).At(u, v);
+    points.position =
+        PolygonSampler(DrawnIn(tree.polygon(node), tree.centre(node), noise_m)).At(u, v);
     const Vec3 n = tree.normal(node);
     for (int c = 0; c < 3; ++c) points.normal[c] = SplatFloat(static_cast<float>(n[c]));
     points.polygon.fill(tree.surface_of(node).polygon);

@@ -83,43 +83,16 @@ TEST(Couple, GivesTheSameBitsInEitherOrder) {
   }
 }
 
-TEST(CoupleFar, GivesTheSameBitsAsCoupleOrNothing) {
-  std::vector<PolygonPair> pairs;
-  for (const PairFamily& family : PairFamilies()) {
-    for (uint64_t seed = 1; seed <= kPairs; ++seed) {
-      pairs.push_back(MakePair(family, seed));
-      if (seed % 5 == 0) pairs.back().p = testing::Reversed(pairs.back().p);
-    }
-  }
-  std::vector<CouplingEnd> p, q;
-  for (const PolygonPair& pair : pairs) {
-    p.push_back(MakeCouplingEnd(pair.p));
-    q.push_back(MakeCouplingEnd(pair.q));
-  }
-  for (const double share : {1e-1, 1e-2, 1e-4}) {
-    std::vector<FarPair> batch;
-    for (size_t i = 0; i < pairs.size(); ++i) {
-      batch.push_back({&p[i], &q[i], share * std::min(p[i].area_m2, q[i].area_m2)});
-    }
-    std::vector<PairCoupling> results(batch.size());
-    CoupleFar(batch, results);
-    size_t decided = 0;
-    for (size_t i = 0; i < batch.size(); ++i) {
-      if (results[i].regime == Regime::kUndecided) continue;
-      ++decided;
-      ASSERT_TRUE(SameBits(results[i], Couple(p[i], q[i], batch[i].tolerance_m2))) << "pair " << i;
-    }
-    EXPECT_GT(decided, pairs.size() / 20) << "at " << share;
-  }
-}
-
-TEST(VariationOver, IsAShare) {
+TEST(FormFactorRanges, AreShares) {
   for (const PairFamily& family : PairFamilies()) {
     for (uint64_t seed = 1; seed <= kPairs; ++seed) {
       const PolygonPair pair = MakePair(family, seed);
       const CouplingEnd p = MakeCouplingEnd(pair.p), q = MakeCouplingEnd(pair.q);
       const double coupling = Couple(p, q, 1e-3 * std::min(p.area_m2, q.area_m2)).coupling_m2;
-      const FormFactorVariation variation = VariationOver(p, q, coupling);
+      const FormFactorRanges ranges = RangesOver(p, q);
+      const FormFactorVariation variation = VariationWith(ranges, p, q, coupling);
+      ASSERT_LE(ranges.Variation().over_p, variation.over_p) << family.name << ", seed " << seed;
+      ASSERT_LE(ranges.Variation().over_q, variation.over_q) << family.name << ", seed " << seed;
       ASSERT_TRUE(variation.over_p >= 0 && variation.over_p <= 1)
           << family.name << ", seed " << seed;
       ASSERT_TRUE(variation.over_q >= 0 && variation.over_q <= 1)

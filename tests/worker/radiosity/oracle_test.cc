@@ -119,7 +119,8 @@ class OneLink {
       : scene_(testing::MakeScene({pair.p, pair.q})), hierarchy_(scene_), tree_(hierarchy_) {
     const CouplingEnd p = MakeCouplingEnd(pair.p), q = MakeCouplingEnd(pair.q);
     const PairCoupling coupling = Couple(p, q, kCouplingTolerance * std::min(p.area_m2, q.area_m2));
-    const FormFactorVariation variation = VariationOver(p, q, coupling.coupling_m2);
+    const FormFactorVariation variation =
+        VariationWith(RangesOver(p, q), p, q, coupling.coupling_m2);
     link.p = tree_.SurfaceIndex(0);
     link.q = tree_.SurfaceIndex(1);
     link.unoccluded_m2 = static_cast<float>(coupling.coupling_m2);
