@@ -335,8 +335,8 @@ TEST(Glass, MirrorsShowPanes) {
   AddPane(whole, Quad({0.6, 0, 0}, {0, 1, 0}, {0, 0, 1.5}), glass);
   AddPane(whole, Quad({1.4, 0, 0}, {0, 1, 0}, {0, 0, 1.5}), glass);
   const SolveResult mirrored = SolveScene(half, 0.08), unfolded = SolveScene(whole, 0.08);
-  EXPECT_NEAR(LastRound(mirrored).glass_w[0] / (0.5 * LastRound(unfolded).glass_w[0]), 1, 0.004);
-  EXPECT_NEAR(PowerOn(mirrored, 0).x / PowerOn(unfolded, 0).x, 1, 0.004);
+  EXPECT_NEAR(LastRound(mirrored).glass_w[0] / (0.5 * LastRound(unfolded).glass_w[0]), 1, 0.01);
+  EXPECT_NEAR(PowerOn(mirrored, 0).x / PowerOn(unfolded, 0).x, 1, 0.01);
   EXPECT_LT(LastRound(mirrored).energy_imbalance, 0.003);
 }
 
