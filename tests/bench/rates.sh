@@ -6,7 +6,8 @@
 #
 #   tests/bench/rates.sh FOLDER ACCURACY NAME... > table.md
 #
-# FOLDER holds the scenes, one folder each, NAME/NAME.obj; both sides of lamps shine, but in cornell_box.
+# FOLDER holds the scenes, one folder each, NAME/NAME.obj; both sides of lamps shine where NAME/SOURCE.md
+# says so.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 folder=${1:?the folder of scenes}
@@ -18,8 +19,8 @@ trap 'rm -rf "$work"' EXIT
 echo "| scene | polygons | links | M links/s and core | settled by proof | M rays/s and core | points gathered, thousands/s and core |"
 echo "|---|---|---|---|---|---|---|"
 for name in "$@"; do
-  emit=both
-  if [[ $name == cornell_box ]]; then emit=front; fi
+  emit=front
+  if grep -qs "both sides" "$folder/$name/SOURCE.md"; then emit=both; fi
   "$root/build/release/bin/isolux" solve "$folder/$name/$name.obj" --emit $emit --accuracy "$accuracy" \
     --workers 1 --threads 2 -o "$work/out.ply" >"$work/log" 2>&1 || {
     cat "$work/log" >&2

@@ -34,5 +34,5 @@ echo "| scene | asked | estimated | true error | seconds | links |"
 echo "|---|---|---|---|---|---|"
 row cornell_box 60 0.1,0.05,0.02,0.01
 row rp_cube 60 0.2,0.1,0.05,0.02 --emit both
-row simple_office 1500 0.2,0.1,0.05,0.03,0.02 --emit both
-row ward_office 250 0.1,0.05 --emit both
+row simple_office 1500 0.2,0.1,0.05,0.03,0.02,0.01 --emit both
+row ward_office 250 0.2,0.1 --emit both
