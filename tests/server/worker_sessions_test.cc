@@ -100,10 +100,11 @@ TEST_F(WorkerSessionsTest, ReleaseAndDropEndTheWorkersStream) {
 
 TEST_F(WorkerSessionsTest, ASilentWorkerIsGivenUp) {
   WorkerSessions::Options options;
-  options.lease_s = 0.3;
+  options.lease_s = 1;
   options.heartbeat_s = 1000;  // it is told to be silent
   Start(options);
   auto worker = Connect("quiet");
+  ASSERT_NE(worker, nullptr);
   auto message = worker->port().Receive(kLong);
   ASSERT_FALSE(message.has_value());
   EXPECT_EQ(message.error().code(), StatusCode::kUnavailable);
@@ -116,6 +117,7 @@ TEST_F(WorkerSessionsTest, AWorkerThatBeatsIsKeptHoweverLittleItSays) {
   options.heartbeat_s = 0.05;
   Start(options);
   auto worker = Connect("steady");
+  ASSERT_NE(worker, nullptr);
   EXPECT_EQ(worker->port().Receive(2).error().code(), StatusCode::kDeadlineExceeded);
   EXPECT_EQ(sessions_->Connected().size(), 1u);
 }
@@ -125,6 +127,7 @@ TEST_F(WorkerSessionsTest, OnlySoManyWorkers) {
   options.max_workers = 1;
   Start(options);
   auto worker = Connect("one");
+  ASSERT_NE(worker, nullptr);
   auto second = WorkerSession::Connect(channel_, {"two", 1}, kLong);
   ASSERT_FALSE(second.has_value());
   EXPECT_EQ(second.error().code(), StatusCode::kResourceExhausted) << second.error().message();
