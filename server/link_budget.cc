@@ -71,14 +71,6 @@ std::optional<double> StepWithin(const Budget& budget, const ErrorHistogram& his
                                  double power) {
   const RoundSummary& last = rounds.back();
   if (budget.used >= kBudgetUsed * budget.limit) return std::nullopt;
-  if (rounds.size() > 1) {
-    const RoundSummary& before = rounds[rounds.size() - 2];
-    const double added = static_cast<double>(last.links) - static_cast<double>(before.links);
-    if (last.epsilon > kLimited * before.epsilon &&
-        added * budget.per_link < kWorthARound * budget.limit) {
-      return std::nullopt;
-    }
-  }
   const double uncertain = Uncertainty(rounds);
   const auto fits = [&](double epsilon) {
     const double links = PredictLinks(histogram, epsilon, LinksPerSplit(last), power);
@@ -87,6 +79,14 @@ std::optional<double> StepWithin(const Budget& budget, const ErrorHistogram& his
            budget.used + more * (1 + uncertain) <= kNeverAbove * budget.limit;
   };
   if (fits(wanted)) return wanted;
+  if (rounds.size() > 1) {
+    const RoundSummary& before = rounds[rounds.size() - 2];
+    const double added = static_cast<double>(last.links) - static_cast<double>(before.links);
+    if (last.epsilon > kLimited * before.epsilon &&
+        added * budget.per_link < kWorthARound * budget.limit) {
+      return std::nullopt;
+    }
+  }
   double low = wanted, high = std::max(wanted, kRise * last.epsilon);
   if (!fits(high)) return std::nullopt;
   for (int i = 0; i < 40; ++i) {

@@ -17,8 +17,12 @@ constexpr double kOrdinaryAmplification = 10;
 constexpr double kHindered = 4;
 constexpr double kLeast = 1e-13;  // ε over emitted power that single precision cannot resolve
 constexpr double kPlainStep = 1.0 / 4;
-constexpr double kWorthARound = 0.7;  // a time budget that allows no smaller step ends the rounds
-constexpr double kTimeUsed = 0.97;    // of a time budget: the rest is for writing the patch file
+constexpr double kWorthARound = 0.85;  // a time budget that allows no smaller step ends the rounds
+constexpr double kTimeUsed = 0.97;     // of a time budget: the rest is for writing the patch file
+// A large step may take far more than is likely, so it keeps all that in hand; steps above this
+// then come nearer to the end, and keep only so much of it.
+constexpr double kNearerStep = 0.5;
+constexpr double kSpareWhenNear = 0.35;
 
 // Once the gather has found more error than was asked for, the next rounds aim at no less than this
 // over what their links have stated,
@@ -103,10 +107,12 @@ double WantedStep(const ScheduleInput& input, const RunFit& fit) {
 // The smallest ε not below `wanted` at which the time that is left is enough for a round and the
 // gather; nothing where not even a small step is.
 std::optional<double> StepWithinTime(const ScheduleInput& input, const RunFit& fit, double wanted) {
-  const double most = kWorthARound * input.rounds.back().epsilon;
+  const double last = input.rounds.back().epsilon, most = kWorthARound * last;
   for (double epsilon = std::min(wanted, most);; epsilon = std::min(most, 1.25 * epsilon)) {
-    const double end_s =
-        input.seconds + fit.RoundSeconds(epsilon).high + fit.GatherSeconds(epsilon).high;
+    const Range round = fit.RoundSeconds(epsilon), gather = fit.GatherSeconds(epsilon);
+    const double spare_s = std::hypot(round.high - round.likely, gather.high - gather.likely);
+    const double kept = epsilon >= kNearerStep * last ? kSpareWhenNear : 1;
+    const double end_s = input.seconds + round.likely + gather.likely + kept * spare_s;
     if (end_s <= kTimeUsed * input.options.max_seconds) return epsilon;
     if (epsilon >= most) return std::nullopt;
   }

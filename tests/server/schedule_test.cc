@@ -158,11 +158,12 @@ TEST(ScheduleTest, KeepsWithinTheTime) {
     Model model;
     model.seconds_per_link = per_link;
     model.seconds_per_element = per_element;
-    const Course run = RunModel(model, options);
+    // Small steps near its end are not for want of memory, of which there is enough.
+    const Course run = RunModel(model, options, uint64_t{1} << 40);
     EXPECT_EQ(run.reason, EndReason::kSeconds);
     const double end_s = run.rounds.back().seconds + run.rounds.back().output_s;
     EXPECT_LE(end_s, 20);
-    EXPECT_GE(end_s, 6);
+    EXPECT_GE(end_s, 0.6 * 20);
   }
 }
 
