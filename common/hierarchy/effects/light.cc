@@ -34,8 +34,10 @@ Effect DetectInterreflection(const Hierarchy& hierarchy) {
     if (Sum(surface.reflectance) > 0) area += hierarchy.surface_area_m2(s);
     emitted += hierarchy.surface_area_m2(s) * Sum(surface.exitance);
   }
-  effect.evidence = fmt::format("{:.4g} of {:.4g} m² reflect, up to {:.3g}, of {:.4g} W", area,
-                                hierarchy.clusters()[0].area_m2, rho, emitted);
+  effect.evidence = fmt::format("{:.4g} of {:.4g} m² reflect, up to {:.3g}", area,
+                                hierarchy.clusters()[0].area_m2, rho);
+  // Light of the sky, the sun and points arrives without a surface that emits it.
+  if (emitted > 0) effect.evidence += fmt::format(", of {:.4g} W that surfaces emit", emitted);
   effect.bound = rho / (1 - LargestShare(hierarchy, {.passed = true, .reradiated = true}));
   return effect;
 }
