@@ -5,8 +5,7 @@
 //               and the largest error, in tolerances, against the same at 1e-11
 //   refinement  pairs that a refinement of the Cornell box visits: share and mean time by rule
 //   hard        time of pairs that once were slow: needles 1:1e5 at their own width, a square of
-//   1e-6
-//               or 1e-9 that stands on a floor
+//               1e-6 or 1e-9 that stands on a floor
 //   matrix      all pairs of 654 elements of the Cornell box on two threads, at 1e-4
 //
 // Tolerances are shares of the smaller area. Times are of this machine and this moment; the largest

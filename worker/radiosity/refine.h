@@ -50,9 +50,8 @@ struct LinkError {
   double spread_p_w = 0, spread_q_w = 0;          // source variation, in power at p and at q
   double visibility_p_w = 0, visibility_q_w = 0;  // with the covariance of visibility and source
   double coupling_p_w = 0, coupling_q_w = 0;
-  double other_w =
-      0;  // where the ends themselves ask for it: what the end not named below asks with
   LinkVerdict split = LinkVerdict::kSplitP;  // what the largest term asks for
+  double other_w = 0;  // what the end not named there asks with, if that is half as much at least
 };
 LinkError ErrorOf(const Tree& tree, const Link& link, const NodeValues& p, const NodeValues& q);
 
