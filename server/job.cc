@@ -90,11 +90,13 @@ struct JobRunner::Impl {
   Status Rebalance(const CutLoads& loads, RoundSummary* row);
   Status Migrate(const BalancePlan& plan, RoundSummary* row);
   void Release(const std::vector<bool>& staying);
-  ScheduleDecision Decide() const;
+  ScheduleInput SoFar() const;
+  ScheduleDecision Decide() const { return DecideNext(SoFar()); }
   OutputMeshOptions OutputOptions() const {
-    return OutputOptionsOf(summary.rounds.back(), input.options.accuracy, hierarchy, effects.plan,
+    return OutputOptionsOf(summary.rounds.back(), input.options, hierarchy, effects.plan,
                            snapshot.leaves.size(), limits.output);
   }
+  OutputMeshOptions FinalOutputOptions() const;
   void Announce();
   Status LookForUnseen();
   Result<PatchFile> MakeOutput();
@@ -187,12 +189,19 @@ Result<PatchFile> JobRunner::Impl::RunEpoch() {
   return MakeOutput();
 }
 
+// What a time budget has left goes into rays at points.
+OutputMeshOptions JobRunner::Impl::FinalOutputOptions() const {
+  OutputMeshOptions options = OutputOptions();
+  options.point_accuracy = PointAccuracyWithin(TimeForGather(SoFar()), options.accuracy);
+  return options;
+}
+
 // Gathers the sources of the output, which may show that the rounds are to go on.
 Status JobRunner::Impl::LookForUnseen() {
   Tell(JobProgress::Stage::kGathering);
   RoundSummary& last = summary.rounds.back();
-  output = std::make_unique<JobOutput>(*crew, hierarchy, effects.plan, snapshot, OutputOptions(),
-                                       limits.gather_batch);
+  output = std::make_unique<JobOutput>(*crew, hierarchy, effects.plan, snapshot,
+                                       FinalOutputOptions(), limits.gather_batch);
   RETURN_IF_ERROR(output->GatherSources(&last));
   next = Decide();
   if (next->stop) return {};
@@ -449,7 +458,7 @@ void JobRunner::Impl::Release(const std::vector<bool>& staying) {
   }
 }
 
-ScheduleDecision JobRunner::Impl::Decide() const {
+ScheduleInput JobRunner::Impl::SoFar() const {
   ScheduleInput schedule;
   schedule.options = input.options;
   schedule.emitted_w = emitted_w;
@@ -459,7 +468,7 @@ ScheduleDecision JobRunner::Impl::Decide() const {
   schedule.seconds = Seconds();
   schedule.memory_limit_bytes = limits.memory_share_bytes;
   schedule.finish = Finish();
-  return DecideNext(schedule);
+  return schedule;
 }
 
 void JobRunner::Impl::Announce() {

@@ -14,7 +14,7 @@ JobOutput::JobOutput(Crew& crew, const Hierarchy& hierarchy, const EffectsPlan& 
       plan_(plan),
       snapshot_(snapshot),
       options_(std::move(options)),
-      waves_(crew, options_.accuracy, batch) {}
+      waves_(crew, options_.point_accuracy, batch) {}
 
 double JobOutput::Seconds() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();

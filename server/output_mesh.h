@@ -17,6 +17,7 @@ namespace isolux {
 
 struct OutputMeshOptions {
   double accuracy = 0.02;  // of the solution; where irradiance bends by twice that, it is divided
+  double point_accuracy = 0.02;  // that rays at points work to
   int waves =
       4;  // that divide whatever bends; the first is the leaves themselves, and 1 all there is
   int further_waves = 8;  // at most, where interpolation would take too much of the accuracy

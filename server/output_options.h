@@ -8,9 +8,13 @@
 
 namespace isolux {
 
-// After this round, of so many leaves. `accuracy`: asked for; `limits`: what the options must keep.
-OutputMeshOptions OutputOptionsOf(const RoundSummary& last, double accuracy,
+// After this round, of so many leaves. `asked`: of the job; `limits`: what the options must keep.
+OutputMeshOptions OutputOptionsOf(const RoundSummary& last, const SolveOptions& asked,
                                   const Hierarchy& hierarchy, const EffectsPlan& plan,
                                   uint64_t leaves, const OutputMeshOptions& limits);
+
+// What accuracy rays at points can work to that may take so many times as long as at `accuracy`:
+// rays go with its inverse square. Not less than half of it: beyond that points hardly gain.
+double PointAccuracyWithin(double times_as_long, double accuracy);
 
 }  // namespace isolux

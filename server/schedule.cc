@@ -104,6 +104,10 @@ double WantedStep(const ScheduleInput& input, const RunFit& fit) {
   return std::clamp(step, kSmallestStep, largest);
 }
 
+double TimeLeft(const ScheduleInput& input) {
+  return kTimeUsed * input.options.max_seconds - input.seconds;
+}
+
 // The smallest ε not below `wanted` at which the time that is left is enough for a round and the
 // gather; nothing where not even a small step is.
 std::optional<double> StepWithinTime(const ScheduleInput& input, const RunFit& fit, double wanted) {
@@ -112,8 +116,7 @@ std::optional<double> StepWithinTime(const ScheduleInput& input, const RunFit& f
     const Range round = fit.RoundSeconds(epsilon), gather = fit.GatherSeconds(epsilon);
     const double spare_s = std::hypot(round.high - round.likely, gather.high - gather.likely);
     const double kept = epsilon >= kNearerStep * last ? kSpareWhenNear : 1;
-    const double end_s = input.seconds + round.likely + gather.likely + kept * spare_s;
-    if (end_s <= kTimeUsed * input.options.max_seconds) return epsilon;
+    if (round.likely + gather.likely + kept * spare_s <= TimeLeft(input)) return epsilon;
     if (epsilon >= most) return std::nullopt;
   }
 }
@@ -166,6 +169,13 @@ double AmplificationIn(const Hierarchy& hierarchy) {
     reflecting_m2 += hierarchy.surface_area_m2(s) * std::max({rho.x, rho.y, rho.z});
   }
   return 1 / std::max(1e-6, 1 - reflecting_m2 / area_m2);
+}
+
+double TimeForGather(const ScheduleInput& input) {
+  if (!(input.options.max_seconds > 0) || input.rounds.empty()) return 1;
+  const Range gather = RunFit(input.rounds).GatherSeconds(input.rounds.back().epsilon);
+  const double most_s = gather.likely + kSpareWhenNear * (gather.high - gather.likely);
+  return most_s > 0 ? std::max(1.0, TimeLeft(input) / most_s) : 1;
 }
 
 ScheduleDecision DecideNext(const ScheduleInput& input) {

@@ -37,6 +37,10 @@ struct ScheduleDecision {
 
 ScheduleDecision DecideNext(const ScheduleInput& input);
 
+// Of a job whose rounds are over: the time that its budget leaves for the gather over what that
+// should take at most; 1 where there is no such budget or nothing is left.
+double TimeForGather(const ScheduleInput& input);
+
 // About what arrives over what is emitted: 1/(1 − ρ̄) over all sides that take part, of the channel
 // in which each reflects most; at most 1e6.
 double AmplificationIn(const Hierarchy& hierarchy);

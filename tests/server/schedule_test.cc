@@ -7,6 +7,7 @@
 
 #include "common/scene/forecast.h"
 #include "server/link_budget.h"
+#include "server/output_options.h"
 
 namespace isolux {
 namespace {
@@ -161,10 +162,39 @@ TEST(ScheduleTest, KeepsWithinTheTime) {
     // Small steps near its end are not for want of memory, of which there is enough.
     const Course run = RunModel(model, options, uint64_t{1} << 40);
     EXPECT_EQ(run.reason, EndReason::kSeconds);
-    const double end_s = run.rounds.back().seconds + run.rounds.back().output_s;
-    EXPECT_LE(end_s, 20);
-    EXPECT_GE(end_s, 0.6 * 20);
+    const double rounds_s = run.rounds.back().seconds, gather_s = run.rounds.back().output_s;
+    EXPECT_LE(rounds_s + gather_s, 20);
+    EXPECT_GE(rounds_s + gather_s, 0.6 * 20);
+    // What is left is for rays at points, as many times as many as the gather's time allows.
+    ScheduleInput end;
+    end.options = options;
+    end.rounds = run.rounds;
+    end.seconds = rounds_s;
+    const double rays = std::pow(PointAccuracyWithin(TimeForGather(end), 1.0), -2);
+    EXPECT_LE(rounds_s + rays * gather_s, 20);
+    if (gather_s > 0.2 * rounds_s) {
+      EXPECT_GE(rounds_s + rays * gather_s, 0.85 * 20);
+    }
   }
+}
+
+TEST(ScheduleTest, SpendsSpareTimeOnPointsUpToALimit) {
+  EXPECT_EQ(PointAccuracyWithin(0.5, 0.02), 0.02);  // none is left
+  EXPECT_EQ(PointAccuracyWithin(1, 0.02), 0.02);
+  EXPECT_NEAR(PointAccuracyWithin(2, 0.02), 0.02 / std::sqrt(2), 1e-15);
+  EXPECT_EQ(PointAccuracyWithin(1000, 0.02), 0.01);
+  ScheduleInput input;  // neither a budget nor rounds
+  EXPECT_EQ(TimeForGather(input), 1);
+  input.options.max_seconds = 10;
+  EXPECT_EQ(TimeForGather(input), 1);
+  const RoundSummary row = Model{}.Run(1, 1);
+  input.rounds = {&row, 1};
+  EXPECT_GT(TimeForGather(input), 1);
+  input.seconds = 10;  // all is spent
+  EXPECT_EQ(TimeForGather(input), 1);
+  input.options.max_seconds = 0;
+  input.seconds = 0;
+  EXPECT_EQ(TimeForGather(input), 1);
 }
 
 TEST(ScheduleTest, StopsWherePrecisionEnds) {
