@@ -8,11 +8,13 @@
 #include <numbers>
 #include <vector>
 
+#include "client/import/prepare.h"
 #include "tests/support/dense_transport.h"
 #include "tests/support/factor_scenes.h"
 #include "tests/support/scenes.h"
 #include "tests/support/shapes.h"
 #include "tests/support/solve_scene.h"
+#include "worker/radiosity/error_estimate.h"
 #include "worker/radiosity/solver.h"
 
 namespace isolux::testing {
@@ -209,6 +211,36 @@ TEST(ExactSolves, TwoDiscs) {
     EXPECT_LT(off, known.within * known.mean);
     EXPECT_LT(most, 4 * known.within * known.mean);
   }
+}
+
+// Of few large polygons the solution comes from below, all of it in step, which no link sees of
+// itself: how far the mean moves from round to round tells.
+TEST(ExactSolves, TwoDiscsOfMergedPolygonsStateWhatIsToCome) {
+  const DiscRadiosity exact(0.9, 0.5);
+  Scene scene = TwoDiscs(0.9, 0.5);
+  RepairLog log;
+  PrepareForTransport(&scene, &log, [](uint32_t p) { return std::to_string(p); });
+  for (const double accuracy : {0.01, 0.005}) {
+    const SolveResult result = SolveScene(scene, accuracy);
+    const double mean = MeanRadiosity(result.patch, [](const PatchFace&) { return true; });
+    const double off = std::abs(mean - exact.Mean()) / (exact.Mean() - 1);  // of irradiance
+    const double stated = result.summary.rounds.back().error_estimate;
+    std::printf("%zu polygons, accuracy %g: mean irradiance %.2g off, stated %.2g\n",
+                scene.polygons.size(), accuracy, off, stated);
+    EXPECT_LT(off, stated);
+    EXPECT_LT(stated, accuracy);
+  }
+}
+
+TEST(ExactSolves, DriftToCome) {
+  // Errors that go with the power 0.3 of the threshold: what is left over what has gone.
+  for (const double coarser : {4.0, 16.0, 100.0}) {
+    const double before = std::pow(coarser, 0.3), left = 1;
+    EXPECT_NEAR(DriftToCome(coarser), left / (before - left), 1e-12) << coarser;
+  }
+  EXPECT_EQ(DriftToCome(1.1), 2);
+  EXPECT_EQ(DriftToCome(1), 2);
+  EXPECT_EQ(DriftToCome(0.5), 2);  // a threshold that rose
 }
 
 // ---- spheres

@@ -157,8 +157,10 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
       EstimateError(
           product, tree, leaves, solution.irradiance,
           plan.closure ? std::span<const RowMeasure>(rows) : std::span<const RowMeasure>(), given,
-          group_scene ? Previous() : Previous{start, old_leaf, snapshot.round == 0}, solution,
-          exchange));
+          group_scene ? Previous()
+                      : Previous{start, old_leaf, snapshot.round == 0,
+                                 snapshot.epsilon / std::max(report.epsilon, 1e-300)},
+          solution, exchange));
   const Stopwatch absorbing(pool);
   RETURN_IF_ERROR(AddAbsorbedPower(between, leaves, solution.irradiance, plan.interreflection,
                                    product, exchange, report));

@@ -77,9 +77,10 @@ Result<std::vector<IntLanes>> SumSquares(Product& product, const Tree& tree,
   return sums;
 }
 
-// Σ A |mean of H − H before| over the old leaves that own leaves lie on.
+// Σ A |mean of H − H before| over the old leaves that own leaves lie on, and the same without signs
+// taken off.
 void AddChange(const LeafSystem& leaves, std::span<const Lanes> irradiance,
-               const Previous& previous, ExactSum& sum) {
+               const Previous& previous, ExactSum& sum, ExactSum& signed_sum) {
   if (previous.irradiance.empty()) return;
   for (size_t begin = 0, end = 0; begin < leaves.size(); begin = end) {
     Lanes now{};
@@ -88,11 +89,19 @@ void AddChange(const LeafSystem& leaves, std::span<const Lanes> irradiance,
       now += leaves.area_m2[end] * irradiance[end];
       area += leaves.area_m2[end];
     }
-    sum.Add(SumOf(Absolute(now - area * previous.irradiance[begin])));
+    const Lanes more = now - area * previous.irradiance[begin];
+    sum.Add(SumOf(Absolute(more)));
+    signed_sum.Add(SumOf(more));
   }
 }
 
 }  // namespace
+
+double DriftToCome(double coarser) {
+  constexpr double kPower = 0.3, kMost = 2;
+  const double step = std::pow(coarser, kPower) - 1;
+  return step * kMost > 1 ? 1 / step : kMost;
+}
 
 Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const LeafSystem& leaves,
                                     std::span<const Lanes> irradiance,
@@ -174,8 +183,8 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
   const double unreturned = by_cause.sums[4].Value() / absorbing;
 
   Reduction whole;
-  whole.sums.resize(2);
-  AddChange(leaves, irradiance, previous, whole.sums[1]);
+  whole.sums.resize(3);
+  AddChange(leaves, irradiance, previous, whole.sums[1], whole.sums[2]);
   for (size_t i = 0; i < n; ++i) {
     const double rms = std::sqrt(local[i].total * local[i].total + ambient * ambient);
     estimate.leaves[i].error = SumOf(irradiance[i]) > 0
@@ -193,9 +202,12 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
       solved.neglected + solved.residual * totals.sums[3].Value() /
                              (arriving * std::max(1e-6, 1 - solved.largest_eigenvalue));
   estimate.change = total.sums[1].Value() / arriving;
+  estimate.drift = std::abs(total.sums[2].Value()) / arriving;
   estimate.total =
-      std::max(total.sums[0].Value() / arriving + estimate.solver,
-               (previous.is_ambient ? kShareOfFirstChange : kShareOfChange) * estimate.change);
+      std::max({total.sums[0].Value() / arriving + estimate.solver,
+                previous.is_ambient ? kShareOfFirstChange * estimate.change
+                                    : kShareOfChange * estimate.change,
+                previous.is_ambient ? 0.0 : DriftToCome(previous.coarser) * estimate.drift});
   return estimate;
 }
 

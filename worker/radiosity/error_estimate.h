@@ -24,6 +24,7 @@ struct ErrorEstimate {
   // Σ A |ΔH| / Σ A H over all leaves of all workers, and its parts.
   double total = 0, spread = 0, visibility = 0, coupling = 0, solver = 0;
   double change = 0;  // Σ A |H − H of the round before| / Σ A H, over the old leaves
+  double drift = 0;   // |Σ A (H − H of the round before)| / Σ A H
 };
 
 // What the round before had found, to see how much has changed: a solution that still moves is not
@@ -32,7 +33,13 @@ struct Previous {
   std::span<const Lanes> irradiance;  // of the old leaf at or above each own leaf
   std::span<const uint32_t> leaf;     // its number; own leaves below one old leaf follow each other
   bool is_ambient = false;            // no solution yet: this is the first round
+  double coarser = 1;                 // its threshold over that of this round
 };
+
+// How far the mean irradiance still is from its limit, over how far it has moved since a round
+// whose threshold was so many times as large, where errors go with the power 0.3 of the threshold:
+// at most 2, for after a small step that is mostly chance.
+double DriftToCome(double coarser);
 
 // Three products. `irradiance`: H of own leaves; `given`: what of it lights bring, empty where
 // there are none; `rows`: what the rows of own leaves were closed to, empty where they were not.
