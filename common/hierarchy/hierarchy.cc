@@ -97,8 +97,23 @@ class OctreeBuilder {
 // Whether each side that takes part has everything in front of it, or nothing.
 bool IsConvex(const Scene& scene, std::span<const ConvexPolygon> surfaces, double extent) {
   const double tolerance = 1e-9 * extent;
+  // Planes that are looked at already: the walls of a room may be made of many triangles.
+  constexpr size_t kMostPlanes = 256;
+  struct Plane {
+    Vec3 normal, point;
+  };
+  std::vector<Plane> planes;
   for (const ConvexPolygon& surface : surfaces) {
     const Vec3 n = surface.Normal();
+    const auto is_known = [&](const Plane& plane) {
+      if (std::abs(glm::dot(n, plane.normal)) < 1 - 1e-15) return false;
+      const auto corners = std::span(surface.v).first(static_cast<size_t>(surface.count));
+      return std::ranges::all_of(corners, [&](const Vec3& corner) {
+        return std::abs(glm::dot(plane.normal, corner - plane.point)) <= 0.1 * tolerance;
+      });
+    };
+    if (std::ranges::any_of(planes, is_known)) continue;
+    if (planes.size() < kMostPlanes) planes.push_back({n, surface.v[0]});
     bool front = false, behind = false;
     for (const Vec3& vertex : scene.vertices) {
       const double height = glm::dot(n, vertex - surface.v[0]);

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <set>
 
+#include "common/hierarchy/hierarchy.h"
 #include "common/hierarchy/occluders.h"
 #include "common/util/random.h"
 
@@ -222,6 +223,29 @@ TEST(Occluders, KeepWhatCannotBeJoined) {
   double area = 0;
   for (const auto& occluder : occluders) area += AreaOf(occluder);
   EXPECT_NEAR(area, 3.5, 1e-12);
+}
+
+// A box whose six walls are of so many triangles is convex, however many they are, and is not with
+// one vertex of one wall a thousandth inside.
+TEST(Convex, WallsOfManyTriangles) {
+  SceneBuilder b;
+  constexpr int kAcross = 91;  // 99,372 in all
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double at : {0.0, 3.0}) {
+      b.Grid(
+          kAcross,
+          [&](double s, double t) {
+            Vec3 v(at);
+            v[(axis + 1) % 3] = 3 * s;
+            v[(axis + 2) % 3] = 3 * t;
+            return v;
+          },
+          true);
+    }
+  }
+  EXPECT_TRUE(Hierarchy(b.scene).convex());
+  b.scene.vertices[(kAcross + 1) * (kAcross + 1) / 2].x = 0.003;
+  EXPECT_FALSE(Hierarchy(b.scene).convex());
 }
 
 }  // namespace
