@@ -214,20 +214,26 @@ Result<Run> SolveAndMeasure(const NamedScene& named, double accuracy,
 void Print(const NamedScene& named, const Run& run) {
   const RoundSummary& r = run.last;
   std::printf(
-      "%s,%g,%u,%lu,%lu,%lu,%.3f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.3f\n",
+      "%s,%g,%u,%lu,%lu,%lu,%.3f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%.5f,%."
+      "3f\n",
       named.name.c_str(), run.accuracy, r.round, r.links, r.elements, run.rays, run.cpu_s,
       r.error_estimate, r.error_spread, r.error_visibility, r.error_coupling, r.error_solver,
-      r.energy_imbalance, run.output.l1_relative, run.gathered, run.output.rms_relative,
-      run.output.p95_local, run.output.bias_relative, r.error_estimate / run.output.l1_relative);
+      r.energy_imbalance, run.output.l1_relative, run.gathered, r.error_rms,
+      run.output.rms_relative, run.output.p95_local, run.output.bias_relative,
+      r.error_estimate / run.output.l1_relative);
   std::fflush(stdout);
 }
 
-void PrintDistribution(const std::vector<Run>& runs, const char* title) {
+double RatioOfMeans(const Run& run) { return run.last.error_estimate / run.output.l1_relative; }
+double RatioOfRms(const Run& run) { return run.last.error_rms / run.output.rms_relative; }
+
+void PrintDistribution(const std::vector<Run>& runs, const char* title,
+                       double (*ratio_of)(const Run&) = RatioOfMeans) {
   if (runs.empty()) return;
   std::vector<double> ratios;
   double inside = 0, low = 0, met = 0;
   for (const Run& run : runs) {
-    const double ratio = run.last.error_estimate / run.output.l1_relative;
+    const double ratio = ratio_of(run);
     ratios.push_back(ratio);
     inside += ratio >= 0.7 && ratio <= 3 ? 1 : 0;
     low += ratio < 0.5 ? 1 : 0;
@@ -254,7 +260,7 @@ int Calibrate(const Flags& flags) {
   std::map<std::string, std::vector<Run>> groups;
   std::printf(
       "scene,accuracy,rounds,links,elements,rays,cpu_s,estimate,spread,visibility,coupling,solver,"
-      "imbalance,true,gathered,rms,p95,bias,ratio\n");
+      "imbalance,true,gathered,rms_estimate,rms,p95,bias,ratio\n");
   for (const NamedScene& named : MakeScenes(flags)) {
     const auto known = ReferenceOf(named, flags, pool);
     if (!known) {
@@ -277,6 +283,7 @@ int Calibrate(const Flags& flags) {
   }
   for (const auto& [title, runs] : groups) PrintDistribution(runs, title.c_str());
   PrintDistribution(all, "all");
+  PrintDistribution(all, "root mean square", RatioOfRms);
   return 0;
 }
 
