@@ -41,4 +41,28 @@ MaskOf<V> ToInteger(const V& v) {
   return reinterpret_cast<MaskOf<V>>(v + kMagic) - reinterpret_cast<MaskOf<V>>(magic);
 }
 
+// Each the nearest double.
+inline Single ToReal(IntSingle n) { return Single{static_cast<double>(n[0])}; }
+inline Lanes ToReal(const IntLanes& n) {
+  // By bits: 2^84 + 2^63 + the upper half, with its sign turned over; 2^52 + the lower half.
+  const auto bits = reinterpret_cast<__m256i>(n);
+  const auto upper =
+      _mm256_xor_si256(_mm256_srli_epi64(bits, 32), _mm256_set1_epi64x(0x4530000080000000));
+  const auto lower = _mm256_blend_epi32(bits, _mm256_set1_epi64x(0x4330000000000000), 0xaa);
+  return (reinterpret_cast<Lanes>(upper) - (0x1p84 + 0x1p63 + 0x1p52)) +
+         reinterpret_cast<Lanes>(lower);
+}
+
+// Without what stands after the point, for |v| < 2^63.
+inline IntSingle Truncated(Single v) { return IntSingle{static_cast<int64_t>(v[0])}; }
+inline IntLanes Truncated(const Lanes& v) {
+  if (Bits(Absolute(v) < 0x1p51) == 15) {
+    return ToInteger(reinterpret_cast<Lanes>(
+        _mm256_round_pd(reinterpret_cast<__m256d>(v), _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC)));
+  }
+  IntLanes whole;
+  for (int lane = 0; lane < 4; ++lane) whole[lane] = static_cast<int64_t>(v[lane]);
+  return whole;
+}
+
 }  // namespace isolux

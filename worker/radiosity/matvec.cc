@@ -50,28 +50,27 @@ Product::Product(const Tree& tree, const Placement& placement, LinkSet& links,
       ends_[i] = slots_.Of(tree, link);
     }
   });
-  leaf_of_.assign(count, kNoNode);
-  for (uint32_t i = 0; i < active.leaves.size(); ++i) {
-    leaf_of_[slots_.OfElement(active.leaves[i])] = i;
-  }
-  inheritance_.assign(active.leaves.size(), 1.0);
+  inheritance_.assign(count, 1.0);
   ListSteps();
 }
 
+// By number: nodes follow the ones above them, clusters come first, and memory is passed through in
+// its order.
 void Product::ListSteps() {
+  std::vector<uint8_t> is_divided(tree_.size(), 0);
   for (size_t k = 0; k < active_.own.size(); ++k) {
-    const uint32_t node = active_.own[k];
-    if (active_.is_leaf[k] != 0) continue;
-    Step step;
-    step.child = node;
-    if (!tree_.is_cluster(node)) {
-      const uint32_t child = tree_.node(node).first_child;
-      step.slot = slots_.OfElement(node);
-      step.child = slots_.OfElement(child);
-      step.leaf = {leaf_of_[step.child], leaf_of_[step.child + 1]};
-      step.area_m2 = {tree_.area_m2(child), tree_.area_m2(child + 1)};
+    if (active_.is_leaf[k] == 0) is_divided[active_.own[k]] = 1;
+  }
+  for (uint32_t node = 0; node < tree_.size(); ++node) {
+    if (is_divided[node] == 0) continue;
+    if (tree_.is_cluster(node)) {
+      own_clusters_.push_back(node);
+      continue;
     }
-    steps_.push_back(step);
+    const uint32_t child = tree_.node(node).first_child;
+    steps_.push_back({slots_.OfElement(node),
+                      slots_.OfElement(child),
+                      {tree_.area_m2(child), tree_.area_m2(child + 1)}});
   }
 }
 
@@ -91,7 +90,7 @@ Product::Totals<Int>& Product::totals() {
   if (totals.by_thread.empty()) {
     totals.by_thread.assign(static_cast<size_t>(pool_.thread_count()),
                             std::vector<Int>(inverse_area_.size(), Int{}));
-    totals.from_above.resize(leaf_count());
+    totals.from_above.resize(inverse_area_.size());
   }
   return totals;
 }
@@ -162,18 +161,12 @@ Status Product::IrradianceOf(std::span<const V> radiosity, const V& bound, std::
     }
     AddLinks<V>(first, last, values<V>().of_slot.data(), sum);
   };
-  std::vector<Int> sums(leaf_count());
-  RETURN_IF_ERROR((Transport<V, Int>(radiosity, scale, kChannelsOf<V>, {}, apply, sums, scope)));
+  RETURN_IF_ERROR((Transport<V, Int>(radiosity, scale, kChannelsOf<V>, {}, apply, scope)));
+  for (size_t i = 0; i < leaf_count(); ++i) irradiance[i] = ToReal(ArrivedAt<Int>(i)) * unit;
   const std::vector<Int>& from_above = totals<Int>().from_above;
-  const auto convert = [&](std::span<V> to, const std::vector<Int>& from) {
-    for (size_t i = 0; i < to.size(); ++i) {
-      for (int lane = 0; lane < kLanesOf<V>; ++lane) {
-        to[i][lane] = static_cast<double>(from[i][lane]) * unit[lane];
-      }
-    }
-  };
-  convert(irradiance.first(sums.size()), sums);
-  convert(inherited, from_above);
+  for (size_t i = 0; i < inherited.size(); ++i) {
+    inherited[i] = ToReal(from_above[slots_.OfElement(active_.leaves[i])]) * unit;
+  }
   return {};
 }
 
@@ -183,8 +176,10 @@ template Status Product::IrradianceOf(std::span<const Lanes>, const Lanes&, std:
                                       LinkScope, std::span<Lanes>);
 
 Status Product::SetInheritance(std::span<const double> of_leaves) {
-  CHECK_EQ(of_leaves.size(), inheritance_.size());
-  std::copy(of_leaves.begin(), of_leaves.end(), inheritance_.begin());
+  CHECK_EQ(of_leaves.size(), leaf_count());
+  for (size_t i = 0; i < of_leaves.size(); ++i) {
+    inheritance_[slots_.OfElement(active_.leaves[i])] = of_leaves[i];
+  }
   PullOwn<Single>(std::vector<Single>(leaf_count(), Single{1.0}), Single{1.0});
   const std::vector<Single>& value = values<Single>().of_slot;
   Reduction reduction;
@@ -205,8 +200,7 @@ Status Product::SetInheritance(std::span<const double> of_leaves) {
   for (uint32_t k = 0; k < placement_.cut_size(); ++k) {
     const uint32_t node = placement_.cut_node(k);
     if (tree_.is_cluster(node) || placement_.assignment().home[k] != placement_.self()) continue;
-    const uint32_t leaf = leaf_of_[slots_.OfElement(node)];
-    if (leaf != kNoNode) reduction.maxima[0] = std::max(reduction.maxima[0], inheritance_[leaf]);
+    reduction.maxima[0] = std::max(reduction.maxima[0], inheritance_[slots_.OfElement(node)]);
   }
   ASSIGN_OR_RETURN(const Reduction total, exchange_.Reduce(std::move(reduction)));
   gain_ = total.maxima[0];
@@ -221,8 +215,7 @@ V Product::Upward(uint32_t child) const {
     return values.cut_upward[placement_.CutOf(child)];
   }
   const uint32_t slot = slots_.OfElement(child);
-  const uint32_t leaf = leaf_of_[slot];
-  return leaf == kNoNode ? values.of_slot[slot] : values.of_slot[slot] * inheritance_[leaf];
+  return values.of_slot[slot] * inheritance_[slot];
 }
 
 // Radiosity of a cluster as seen from one direction: the mean over the area that faces it.
@@ -251,16 +244,12 @@ void Product::PullOwn(std::span<const V> leaf_values, const V& scale) {
   }
   for (size_t k = steps_.size(); k-- > 0;) {
     const Step& step = steps_[k];
-    if (step.slot == kNoNode) {
-      Pull<V>(step.child);
-      continue;
-    }
-    const auto upward = [&](int i) {
-      const double share = step.leaf[i] == kNoNode ? 1.0 : inheritance_[step.leaf[i]];
-      return value[step.child + i] * share * step.area_m2[i];
+    const auto upward = [&](uint32_t i) {
+      return value[step.child + i] * inheritance_[step.child + i] * step.area_m2[i];
     };
     value[step.slot] = (upward(0) + upward(1)) * inverse_area_[step.slot];
   }
+  for (size_t k = own_clusters_.size(); k-- > 0;) Pull<V>(own_clusters_[k]);
 }
 
 // From the children that have their values.
@@ -291,7 +280,7 @@ Status Product::SendOwnValues() {
     V upward{};
     if (!tree_.is_cluster(node)) {
       const uint32_t slot = slots_.OfElement(node);
-      upward = value[slot] * (leaf_of_[slot] == kNoNode ? 1.0 : inheritance_[leaf_of_[slot]]);
+      upward = value[slot] * inheritance_[slot];
     }
     for (int lane = 0; lane < kChannelsOf<V>; ++lane) cut.push_back(upward[lane]);
   }
@@ -393,7 +382,8 @@ Status Product::ExchangeSums(int lanes) {
 // sum over all links.
 template <typename Int>
 void Product::PushCluster(uint32_t cluster) {
-  std::vector<Int>& sum = totals<Int>().by_thread[0];
+  Totals<Int>& totals = this->totals<Int>();
+  std::vector<Int>& sum = totals.by_thread[0];
   const ClusterFacing& facing = tree_.facing();
   for (int d = 0; d < kDirections; ++d) {
     const Int whole = sum[slots_.OfCluster(cluster, d)];
@@ -406,57 +396,39 @@ void Product::PushCluster(uint32_t cluster) {
         return;
       }
       const double cosine = facing.cosine(tree_.node(child).id.surface, d);
-      Int& target = Inbox<Int>(child);
-      for (int lane = 0; lane < kLanesOf<Int>; ++lane) {
-        target[lane] += static_cast<int64_t>(cosine * static_cast<double>(whole[lane]));
-      }
+      totals.from_above[slots_.OfElement(child)] += Truncated(cosine * ToReal(whole));
     });
   }
 }
 
-// Where a node puts what it hands down to an element: a leaf keeps it apart.
 template <typename Int>
-Int& Product::Inbox(uint32_t child) {
-  auto& totals = std::get<Totals<Int>>(totals_);
-  const uint32_t slot = slots_.OfElement(child);
-  const uint32_t leaf = leaf_of_[slot];
-  return leaf == kNoNode ? totals.by_thread[0][slot] : totals.from_above[leaf];
-}
-
-template <typename Int>
-void Product::PushDown(std::array<Inherit, kLanesOf<Int>> inherit, std::span<Int> sums) {
+void Product::PushDown(std::array<Inherit, kLanesOf<Int>> inherit) {
   Totals<Int>& totals = this->totals<Int>();
-  std::vector<Int>& sum = totals.by_thread[0];
+  const std::vector<Int>& sum = totals.by_thread[0];
+  std::vector<Int>& from_above = totals.from_above;
   Int half{};  // lanes of which elements hand down half
   for (int lane = 0; lane < kLanesOf<Int>; ++lane)
     half[lane] = inherit[lane] == Inherit::kHalf ? -1 : 0;
-  const auto handed_down = [&](const Int& whole) -> Int {
+  const auto handed_down = [&](uint32_t slot) -> Int {
+    const Int whole = sum[slot] + from_above[slot];
     return (half & (whole >> 1)) | (~half & whole);
   };
-  const auto push = [&](uint32_t node) {
-    if (tree_.is_cluster(node)) return PushCluster<Int>(node);
-    const Int down = handed_down(sum[slots_.OfElement(node)]);
-    tree_.ForEachChild(node, [&](uint32_t child) { Inbox<Int>(child) += down; });
-  };
-  std::fill(totals.from_above.begin(), totals.from_above.end(), Int{});
-  for (const uint32_t node : placement_.crown()) push(node);
-  for (const Step& step : steps_) {
-    if (step.slot == kNoNode) {
-      PushCluster<Int>(step.child);
+  // Surfaces get something of every direction of a cluster, all below them something once.
+  std::fill_n(from_above.begin() + slots_.OfElement(tree_.SurfaceIndex(0)),
+              tree_.hierarchy().surfaces().size(), Int{});
+  for (const uint32_t node : placement_.crown()) {
+    if (tree_.is_cluster(node)) {
+      PushCluster<Int>(node);
       continue;
     }
-    const Int down = handed_down(sum[step.slot]);
-    for (uint32_t i = 0; i < 2; ++i) {
-      const uint32_t leaf = step.leaf[i];
-      (leaf == kNoNode ? sum[step.child + i] : totals.from_above[leaf]) += down;
-    }
+    const Int down = handed_down(slots_.OfElement(node));
+    tree_.ForEachChild(node, [&](uint32_t child) { from_above[slots_.OfElement(child)] = down; });
   }
-  for (size_t i = 0; i < sums.size(); ++i) {
-    sums[i] = sum[slots_.OfElement(active_.leaves[i])];
-    for (int lane = 0; lane < kLanesOf<Int>; ++lane) {
-      sums[i][lane] +=
-          static_cast<int64_t>(inheritance_[i] * static_cast<double>(totals.from_above[i][lane]));
-    }
+  for (const uint32_t cluster : own_clusters_) PushCluster<Int>(cluster);
+  for (const Step& step : steps_) {
+    const Int down = handed_down(step.slot);
+    from_above[step.child] = down;
+    from_above[step.child + 1] = down;
   }
 }
 
@@ -477,8 +449,8 @@ template void Product::CollectThreads<IntSingle>();
 template void Product::CollectThreads<IntLanes>();
 template Status Product::ExchangeSums<IntSingle>(int);
 template Status Product::ExchangeSums<IntLanes>(int);
-template void Product::PushDown(std::array<Inherit, 1>, std::span<IntSingle>);
-template void Product::PushDown(std::array<Inherit, 4>, std::span<IntLanes>);
+template void Product::PushDown<IntSingle>(std::array<Inherit, 1>);
+template void Product::PushDown<IntLanes>(std::array<Inherit, 4>);
 
 uint64_t Product::memory_bytes() const {
   const auto& singles = std::get<Values<Single>>(values_).of_slot;

@@ -97,9 +97,7 @@ class Product {
   };
   // An own element that is no leaf, and its two children, whose slots follow each other.
   struct Step {
-    uint32_t slot = kNoNode;  // kNoNode: a cluster, `child` in the tree
-    uint32_t child = 0;
-    std::array<uint32_t, 2> leaf{};  // numbers of the children that are leaves, or kNoNode
+    uint32_t slot = 0, child = 0;  // the first child's
     std::array<double, 2> area_m2{};
   };
   template <typename V>
@@ -110,7 +108,7 @@ class Product {
   template <typename Int>
   struct Totals {
     std::vector<std::vector<Int>> by_thread;  // then by slot
-    std::vector<Int> from_above;              // by own leaf
+    std::vector<Int> from_above;              // by slot: what the element's parent hands down
   };
   // Made when first asked for.
   template <typename V>
@@ -122,11 +120,10 @@ class Product {
   Status IrradianceOf(std::span<const V> radiosity, const V& bound, std::span<V> irradiance,
                       LinkScope scope, std::span<V> inherited);
   // apply(first, last, sums): adds what the links first … last − 1 bring, in the order of ends_.
-  // lanes: of the sums that are exchanged.
+  // lanes: of the sums that are exchanged. What came to leaves: see ArrivedAt.
   template <typename V, typename Int, typename Apply>
   Status Transport(std::span<const V> values, const V& scale, int lanes,
-                   std::array<Inherit, kLanesOf<Int>> inherit, const Apply& apply,
-                   std::span<Int> sums, LinkScope scope);
+                   std::array<Inherit, kLanesOf<Int>> inherit, const Apply& apply, LinkScope scope);
   template <typename V>
   void AddLinks(size_t first, size_t last, const V* value, MaskOf<V>* sum) const;
   void AddLinksByChannel(size_t first, size_t last, const Lanes* value, IntLanes* sum) const;
@@ -160,9 +157,10 @@ class Product {
   template <typename Int>
   void PushCluster(uint32_t cluster);
   template <typename Int>
-  Int& Inbox(uint32_t child);
+  void PushDown(std::array<Inherit, kLanesOf<Int>> inherit);
+  // Own leaf: by its links, and of what the nodes above hand down its share.
   template <typename Int>
-  void PushDown(std::array<Inherit, kLanesOf<Int>> inherit, std::span<Int> sums);
+  Int ArrivedAt(size_t leaf) const;
 
   const Tree& tree_;
   const Placement& placement_;
@@ -186,10 +184,10 @@ class Product {
   std::vector<Glazed> glazed_;
   bool looked_for_panes_ = false;
   enum class Glass { kNone, kGrey, kByChannel } glass_ = Glass::kNone;
-  std::vector<double> inverse_area_;  // 1/m², by slot
-  std::vector<Step> steps_;           // of own nodes that are no leaves, parents before children
-  std::vector<uint32_t> leaf_of_;     // by slot: number of the own leaf, or kNoNode
-  std::vector<double> inheritance_;   // by own leaf
+  std::vector<double> inverse_area_;    // 1/m², by slot
+  std::vector<uint32_t> own_clusters_;  // in the tree, parents before children
+  std::vector<Step> steps_;             // parents before children, in the order of slots
+  std::vector<double> inheritance_;     // by slot; 1 but for own leaves
   double gain_ = 1;  // no node's value is more than this times the largest of a leaf
   std::tuple<Values<Single>, Values<Lanes>> values_;
   std::tuple<Totals<IntSingle>, Totals<IntLanes>> totals_;
@@ -208,7 +206,7 @@ inline const Link& Product::LinkAt(size_t place) const {
 template <typename V, typename Int, typename Apply>
 Status Product::Transport(std::span<const V> values, const V& scale, int lanes,
                           std::array<Inherit, kLanesOf<Int>> inherit, const Apply& apply,
-                          std::span<Int> sums, LinkScope scope) {
+                          LinkScope scope) {
   ++products_;
   Clear<Int>();
   PullOwn<V>(values, scale);
@@ -224,8 +222,16 @@ Status Product::Transport(std::span<const V> values, const V& scale, int lanes,
   over(local_.size(), ends_.size());
   CollectThreads<Int>();
   RETURN_IF_ERROR(ExchangeSums<Int>(lanes));
-  PushDown<Int>(inherit, sums);
+  PushDown<Int>(inherit);
   return {};
+}
+
+template <typename Int>
+Int Product::ArrivedAt(size_t leaf) const {
+  const auto& totals = std::get<Totals<Int>>(totals_);
+  const uint32_t slot = slots_.OfElement(active_.leaves[leaf]);
+  return totals.by_thread[0][slot] +
+         Truncated(inheritance_[slot] * ToReal(totals.from_above[slot]));
 }
 
 template <typename Int, typename Function>
@@ -241,8 +247,10 @@ Status Product::Sums(std::span<const Single> values, std::array<Inherit, kLanesO
       sum[e.q] += ToInteger(to_q);
     }
   };
-  return Transport<Single, Int>(values, Single{1}, kLanesOf<Int>, inherit, apply, sums,
-                                LinkScope::kAll);
+  RETURN_IF_ERROR(
+      (Transport<Single, Int>(values, Single{1}, kLanesOf<Int>, inherit, apply, LinkScope::kAll)));
+  for (size_t i = 0; i < sums.size(); ++i) sums[i] = ArrivedAt<Int>(i);
+  return {};
 }
 
 }  // namespace isolux
