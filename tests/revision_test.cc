@@ -15,7 +15,6 @@
 #include "tests/support/scenes.h"
 #include "tests/support/solve_scene.h"
 #include "worker/radiosity/exchange.h"
-#include "worker/radiosity/pane_light.h"
 #include "worker/shard.h"
 
 namespace isolux::testing {
@@ -220,29 +219,6 @@ TEST(Revision, WhatMattersStays) {
     EXPECT_EQ(BytesWithoutComments(result.patch),
               BytesWithoutComments(SolveScene(c.much, kAccuracy, std::string("+") + c.name).patch));
   }
-}
-
-// In a convex room surfaces see a pane whole: what falls on it is the mean of what they radiate, by
-// form factors; known of all together it is what the brightest radiates.
-TEST(Revision, PanesTakeWhatSurfacesRadiate) {
-  BoxFaces faces;
-  faces.exitance[5] = Rgb(2);
-  Scene scene = BoxRoom({1, 1, 1}, faces);
-  scene.glazing.glasses = {GlassOf({0.6, 0.7, 0.6}, 1)};
-  Pane pane;
-  pane.corners = {Vec3(.4, .4, .5), Vec3(.6, .4, .5), Vec3(.6, .6, .5), Vec3(.4, .6, .5)};
-  pane.count = 4;
-  scene.glazing.panes = {pane};
-  const Hierarchy hierarchy(scene);
-  const std::vector<double> dark(6, 0.0), even(6, 3.0), one = {3.0};
-  std::vector<double> floor = dark;
-  floor[4] = 3;
-  const double from_lamp = MostTakenByPanes(hierarchy, dark);
-  const double from_all = MostTakenByPanes(hierarchy, one) - from_lamp;
-  EXPECT_NEAR(MostTakenByPanes(hierarchy, even) - from_lamp, from_all, 1e-9 * from_all);
-  // Floor and lamp are alike as seen from the middle, one shines 3, the other 2 in three channels.
-  EXPECT_NEAR((MostTakenByPanes(hierarchy, floor) - from_lamp) / from_lamp, 0.5, 1e-9);
-  EXPECT_LT(from_lamp, from_all);
 }
 
 // Of rooms of all sizes, lamps and surfaces, with an effect of any size: the bound that the first

@@ -11,8 +11,6 @@
 namespace isolux {
 namespace {
 
-constexpr uint64_t kMostPairs = 1 << 22;  // of panes and surfaces: some seconds
-
 // Over the channels, W/m².
 struct Source {
   const ConvexPolygon* polygon;
@@ -46,12 +44,13 @@ double BrightestBeyond(std::span<const double> reflected_w_m2, size_t count) {
 
 }  // namespace
 
-double MostTakenByPanes(const Hierarchy& hierarchy, std::span<const double> reflected_w_m2) {
+double MostTakenByPanes(const Hierarchy& hierarchy, std::span<const double> reflected_w_m2,
+                        uint64_t most_pairs) {
   const Glazing& glazing = hierarchy.scene().glazing;
   const auto surfaces = hierarchy.surfaces();
   const auto lamps = static_cast<size_t>(
       std::ranges::count_if(surfaces, [](const Surface& s) { return Sum(s.exitance) > 0; }));
-  const size_t most = kMostPairs / std::max<size_t>(glazing.panes.size(), 1);
+  const size_t most = most_pairs / std::max<size_t>(glazing.panes.size(), 1);
   if (lamps > most) return std::numeric_limits<double>::infinity();
   const bool of_each = reflected_w_m2.size() == surfaces.size();
   const double all_round = BrightestBeyond(reflected_w_m2, of_each ? most - lamps : 0);
