@@ -105,24 +105,31 @@ void Product::AddLinks<Lanes>(size_t first, size_t last, const Lanes* value, Int
   }
 }
 
-// Two links at a time, side by side: to_p and to_q of the one, then of the other.
+// Two links at a time, side by side: to_p and to_q of the one, then of the other. Pairs from both
+// halves in turns: links that follow each other often end at the same slot, whose sum would have to
+// wait.
 template <>
 void Product::AddLinks<Single>(size_t first, size_t last, const Single* value,
                                IntSingle* sum) const {
   const auto* values = reinterpret_cast<const double*>(value);
   auto* sums = reinterpret_cast<int64_t*>(sum);
-  size_t i = first;
-  for (; i + 2 <= last; i += 2) {
-    const Slots::Ends* e = &ends_[i];
-    const Lanes x{values[e[0].q], values[e[0].p], values[e[1].q], values[e[1].p]};
+  const auto add_pair = [&](size_t i) {
+    const Slots::Ends &a = ends_[i], &b = ends_[i + 1];
+    const Lanes x{values[a.q], values[a.p], values[b.q], values[b.p]};
     const auto factor = reinterpret_cast<Lanes>(_mm256_loadu_pd(&factors_[i].to_p));
-    const IntLanes to = ToInteger<Lanes>(x * factor);
-    sums[e[0].p] += to[0];
-    sums[e[0].q] += to[1];
-    sums[e[1].p] += to[2];
-    sums[e[1].q] += to[3];
+    const auto to = reinterpret_cast<__m256i>(ToInteger<Lanes>(x * factor));
+    const __m128i to_a = _mm256_castsi256_si128(to), to_b = _mm256_extracti128_si256(to, 1);
+    sums[a.p] += _mm_cvtsi128_si64(to_a);
+    sums[a.q] += _mm_cvtsi128_si64(_mm_unpackhi_epi64(to_a, to_a));
+    sums[b.p] += _mm_cvtsi128_si64(to_b);
+    sums[b.q] += _mm_cvtsi128_si64(_mm_unpackhi_epi64(to_b, to_b));
+  };
+  const size_t half = (last - first) / 4 * 2;
+  for (size_t i = first; i < first + half; i += 2) {
+    add_pair(i);
+    add_pair(i + half);
   }
-  for (; i < last; ++i) {
+  for (size_t i = first + 2 * half; i < last; ++i) {
     const Slots::Ends& e = ends_[i];
     sum[e.p] += ToInteger<Single>(value[e.q] * factors_[i].to_p);
     sum[e.q] += ToInteger<Single>(value[e.p] * factors_[i].to_q);
