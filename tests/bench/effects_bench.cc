@@ -3,11 +3,10 @@
 //
 //   effects_bench        a line a scene: links, elements, CPU nanoseconds a link and product (the
 //                        least of several runs), their ratio, bytes a link
-#include <time.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <span>
 #include <utility>
 #include <vector>

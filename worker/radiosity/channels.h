@@ -56,7 +56,8 @@ inline Lanes ToReal(const IntLanes& n) {
 // Without what stands after the point, for |v| < 2^63.
 inline IntSingle Truncated(Single v) { return IntSingle{static_cast<int64_t>(v[0])}; }
 inline IntLanes Truncated(const Lanes& v) {
-  if (Bits(Absolute(v) < 0x1p51) == 15) {
+  const LaneMask small = Absolute(v) < 0x1p51;
+  if (Bits(small) == 15) {
     return ToInteger(reinterpret_cast<Lanes>(
         _mm256_round_pd(reinterpret_cast<__m256d>(v), _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC)));
   }

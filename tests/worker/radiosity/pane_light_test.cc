@@ -83,7 +83,8 @@ TEST(PaneLight, TooManyPanesAndLampsHaveNoBound) {
   for (int i = 0; i < 1024; ++i) {
     Polygon& added = scene.polygons.emplace_back(lamp);
     added.file_polygon = scene.file_polygon_count++;
-    const double x = 0.01 + 0.9 * (i % 32) / 32, y = 0.01 + 0.9 * (i / 32) / 32;
+    const int column = i % 32, row = i / 32;
+    const double x = 0.01 + 0.9 * column / 32, y = 0.01 + 0.9 * row / 32;
     for (size_t k = 0; k < 4; ++k) {
       const Vec3& corner = scene.vertices[lamp.vertices[k]];
       added.vertices[k] = static_cast<uint32_t>(scene.vertices.size());
