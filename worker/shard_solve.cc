@@ -5,6 +5,7 @@
 #include "common/util/stopwatch.h"
 #include "worker/radiosity/absorbers.h"
 #include "worker/radiosity/energy.h"
+#include "worker/radiosity/error_draw.h"
 #include "worker/radiosity/error_spread.h"
 #include "worker/radiosity/leaf_records.h"
 #include "worker/radiosity/leaks.h"
@@ -153,7 +154,7 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
   solution.neglected += plan.measured_error;
   RETURN_IF_ERROR(AddPassedLight(product, solution.irradiance, leaves));
   ASSIGN_OR_RETURN(
-      const ErrorEstimate errors,
+      ErrorEstimate errors,
       EstimateError(
           product, tree, leaves, solution.irradiance,
           plan.closure ? std::span<const RowMeasure>(rows) : std::span<const RowMeasure>(), given,
@@ -161,6 +162,7 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
                       : Previous{start, old_leaf, snapshot.round == 0,
                                  snapshot.epsilon / std::max(report.epsilon, 1e-300)},
           solution, exchange));
+  RETURN_IF_ERROR(AddPassedOnErrors(product, leaves, solution, exchange, &errors));
   const Stopwatch absorbing(pool);
   RETURN_IF_ERROR(AddAbsorbedPower(between, leaves, solution.irradiance, plan.interreflection,
                                    product, exchange, report));
@@ -181,6 +183,22 @@ Status Shard::Impl::Solve(const ActiveNodes& nodes, double accuracy, Exchange& e
     RETURN_IF_ERROR(Measure(leaves, solution, errors, product, exchange, report));
   }
   return AddErrors(nodes, leaves, solution, errors, closing, exchange, report);
+}
+
+Status Shard::Impl::AddPassedOnErrors(Product& product, const LeafSystem& leaves,
+                                      const SolverResult& solution, Exchange& exchange,
+                                      ErrorEstimate* errors) const {
+  const bool passes_on = plan.interreflection && solution.largest_eigenvalue > kPassesOnErrors &&
+                         leaves.transmittance.empty() && leaves.reradiation.empty();
+  if (!passes_on) return {};
+  const SolveFunction<Lanes> solve = [&](const auto& sources, auto from, double to) {
+    return SolveLeaves<Lanes>(product, sources, from, to, exchange);
+  };
+  ASSIGN_OR_RETURN(const double passed_on,
+                   DrawError(product, tree, leaves, solution.irradiance, solve, exchange));
+  errors->total = std::hypot(errors->total, passed_on);
+  errors->visibility = std::hypot(errors->visibility, passed_on);
+  return {};
 }
 
 Status Shard::Impl::Measure(const LeafSystem& leaves, const SolverResult& solution,

@@ -94,6 +94,9 @@ struct Shard::Impl {
   Status Measure(const LeafSystem& leaves, const SolverResult& solution,
                  const ErrorEstimate& errors, Product& product, Exchange& exchange,
                  RoundReport& report) const;
+  // Of rooms that hardly lose light: what errors of links do to all of it.
+  Status AddPassedOnErrors(Product& product, const LeafSystem& leaves, const SolverResult& solution,
+                           Exchange& exchange, ErrorEstimate* errors) const;
   Status AddErrors(const ActiveNodes& nodes, const LeafSystem& leaves, const SolverResult& solution,
                    const ErrorEstimate& errors, const ClosureSummary& closing, Exchange& exchange,
                    RoundReport& report) const;

@@ -18,11 +18,6 @@ constexpr double kSpreadAfterGather = 0.28;
 // one, from ambient light, links do not know yet how the radiosity of their ends varies; from the
 // second on the terms of the links see nearly all that is missing.
 constexpr double kShareOfFirstChange = 0.4, kShareOfChange = 0.1;
-// Errors of one leaf's links are less than independent, and some terms are bounds. With this factor
-// estimate/true lies in 0.7 … 3 for nine of ten runs of random rooms (docs/accuracy.md says how it
-// is measured). It is up to 4 where small lamps stand close to a ceiling or a table at fine
-// accuracies.
-constexpr double kCalibration = 0.55;
 
 // Squares of amplitudes in units of the mean irradiance, as integers: amplitudes from 1e-4 to 4,096
 // of it.
@@ -187,14 +182,15 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
   AddChange(leaves, irradiance, previous, whole.sums[1], whole.sums[2]);
   for (size_t i = 0; i < n; ++i) {
     const double rms = std::sqrt(local[i].total * local[i].total + ambient * ambient);
-    estimate.leaves[i].error = SumOf(irradiance[i]) > 0
-                                   ? Root(kCalibration * kMeanOfAbsolute * rms, unit * unreturned)
-                                   : 0.0;
+    estimate.leaves[i].error =
+        SumOf(irradiance[i]) > 0
+            ? Root(kLinkErrorCalibration * kMeanOfAbsolute * rms, unit * unreturned)
+            : 0.0;
     if (!given.empty()) estimate.leaves[i].error += given[i].border;
     whole.sums[0].Add(leaves.area_m2[i] * estimate.leaves[i].error);
   }
   ASSIGN_OR_RETURN(const Reduction total, exchange.Reduce(std::move(whole)));
-  const double factor = kCalibration * kMeanOfAbsolute / arriving;
+  const double factor = kLinkErrorCalibration * kMeanOfAbsolute / arriving;
   estimate.spread = Root(factor * by_cause.sums[0].Value(), unreturned);
   estimate.visibility = factor * by_cause.sums[1].Value();
   estimate.coupling = factor * by_cause.sums[2].Value();
