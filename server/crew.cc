@@ -6,7 +6,7 @@
 namespace isolux {
 namespace {
 
-constexpr double kSlice_s = 0.1;  // of waiting for one worker before looking at the next
+constexpr double kSliceS = 0.1;  // of waiting for one worker before looking at the next
 
 double SecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -63,7 +63,7 @@ void Crew::Release(uint32_t worker) {
 
 Result<bool> Crew::Poll(uint32_t worker, double lease_s, const Take& take) {
   Member& member = members_[worker];
-  Result<Message> received = member.slot.port->Receive(kSlice_s);
+  Result<Message> received = member.slot.port->Receive(kSliceS);
   if (!received.has_value()) {
     if (received.error().code() != StatusCode::kDeadlineExceeded) {
       return tl::unexpected<Status>(Lose(worker, received.error()));

@@ -29,9 +29,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr uint32_t kMostRestarts = 8;      // without a finished round between them
-constexpr double kMemoryShare = 0.4;       // of this machine's memory, for links and nodes
-constexpr double kProgressPeriod_s = 0.1;  // between news of one stage
+constexpr uint32_t kMostRestarts = 8;     // without a finished round between them
+constexpr double kMemoryShare = 0.4;      // of this machine's memory, for links and nodes
+constexpr double kProgressPeriodS = 0.1;  // between news of one stage
 
 double SecondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -331,7 +331,7 @@ Status JobRunner::Impl::RunRound(const ScheduleDecision& decision) {
   RETURN_IF_ERROR(Survey());
 
   const Clock::time_point balance_start = Clock::now();
-  const Status balanced = Rebalance(loads, &summary.rounds.back());
+  Status balanced = Rebalance(loads, &summary.rounds.back());
   RoundSummary& done = summary.rounds.back();
   done.balance_s = SecondsSince(balance_start);
   const PhaseBytes after = traffic.Total();
@@ -481,7 +481,7 @@ void JobRunner::Impl::Tell(JobProgress::Stage stage, uint32_t iterations, uint64
                            uint32_t group) {
   if (!callbacks.on_progress) return;
   const bool first = !last_told || stage != last_told->stage || group != last_told->group;
-  if (!first && SecondsSince(told) < kProgressPeriod_s) return;
+  if (!first && SecondsSince(told) < kProgressPeriodS) return;
   told = Clock::now();
   JobProgress now;
   now.stage = stage;

@@ -189,7 +189,9 @@ TEST(Effects, AutoIsAsGoodAsAll) {
   const std::pair<Scene, SolveOptions> cases[] = {{testing::FurnaceCube(0.5, 1), options},
                                                   {testing::CornellBox(true), options},
                                                   {testing::TexturedRoom(), coarse}};
-  for (const auto& [scene, how] : cases) {
+  for (const auto& each : cases) {
+    const Scene& scene = each.first;
+    const SolveOptions& how = each.second;
     const auto solve = [&](const char* effects) {
       SolveOptions chosen = how;
       chosen.effects = effects;

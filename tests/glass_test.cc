@@ -142,7 +142,8 @@ Rgb ArrivingAt(const Vec3& point, const ConvexPolygon& lamp, int n, const Left& 
   const Vec3 u = lamp.v[1] - lamp.v[0], v = lamp.v[3] - lamp.v[0], towards = lamp.Normal();
   Rgb sum(0.0);
   for (int i = 0; i < n * n; ++i) {
-    const Vec3 y = lamp.v[0] + (i % n + 0.5) / n * u + (i / n + 0.5) / n * v;
+    const int column = i % n, row = i / n;
+    const Vec3 y = lamp.v[0] + (column + 0.5) / n * u + (row + 0.5) / n * v;
     const Vec3 d = y - point;
     const double r2 = glm::dot(d, d);
     const double cosines = std::max(0.0, d.z) * std::max(0.0, -glm::dot(towards, d));

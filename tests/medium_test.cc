@@ -40,7 +40,8 @@ Rgb ArrivingAt(const Medium& medium, const Vec3& point, const Vec3& normal,
   const Vec3 u = lamp.v[1] - lamp.v[0], v = lamp.v[3] - lamp.v[0], towards = lamp.Normal();
   Rgb sum(0.0);
   for (int i = 0; i < n * n; ++i) {
-    const Vec3 d = lamp.v[0] + (i % n + 0.5) / n * u + (i / n + 0.5) / n * v - point;
+    const int column = i % n, row = i / n;
+    const Vec3 d = lamp.v[0] + (column + 0.5) / n * u + (row + 0.5) / n * v - point;
     const double r2 = glm::dot(d, d);
     const double cosines =
         std::max(0.0, glm::dot(normal, d)) * std::max(0.0, -glm::dot(towards, d));
@@ -73,7 +74,8 @@ TEST(Medium, MeansOverPairsAreThoseOfFineSums) {
     Rgb with(0.0), without(0.0);
     constexpr int kCells = 20;
     for (int i = 0; i < kCells * kCells; ++i) {
-      const Vec3 x((i % kCells + 0.5) / kCells, (i / kCells + 0.5) / kCells, 0);
+      const int column = i % kCells, row = i / kCells;
+      const Vec3 x((column + 0.5) / kCells, (row + 0.5) / kCells, 0);
       with += ArrivingAt(medium, x, {0, 0, 1}, other, 40);
       without += ArrivingAt({}, x, {0, 0, 1}, other, 40);
     }

@@ -188,7 +188,8 @@ Scene UnderCeiling(bool chequered) {
 double FromChequers(const Hierarchy& chequered, const Vec3& point) {
   double sum = 0;
   for (int i = 0; i < 4; ++i) {
-    const double x = 0.5 * (i % 2), y = 0.5 * (i / 2), z = 0.4;
+    const int column = i % 2, row = i / 2;
+    const double x = 0.5 * column, y = 0.5 * row, z = 0.4;
     const ConvexPolygon square(
         4, {Vec3(x, y, z), {x, y + .5, z}, {x + .5, y + .5, z}, {x + .5, y, z}});
     sum += chequered.maps().Over(chequered.surfaces()[5], square).exitance[0] *
@@ -215,7 +216,8 @@ double ErrorUnderChequers(LinkBench& bench, const Hierarchy& chequered) {
     if (bench.tree.surface_of(leaf).polygon != 4) continue;
     const ConvexPolygon& element = bench.tree.polygon(leaf);
     for (int k = 0; k < 64; ++k) {
-      const double u = (k % 8 + 0.5) / 8, v = (k / 8 + 0.5) / 8;
+      const int column = k % 8, row = k / 8;
+      const double u = (column + 0.5) / 8, v = (row + 0.5) / 8;
       const Vec3 point = (1 - v) * ((1 - u) * element.v[0] + u * element.v[1]) +
                          v * ((1 - u) * element.v[3] + u * element.v[2]);
       const double exact = FromChequers(chequered, point);

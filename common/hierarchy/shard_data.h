@@ -20,7 +20,7 @@ int EighthOctave(double x);
 // 2^(kLowest + b/8) W up to the next bin's, the ends all beyond them.
 struct ErrorHistogram {
   static constexpr int kLowest = -64, kPerOctave = 8;
-  std::array<uint64_t, 128 * kPerOctave> count{};
+  std::array<uint64_t, size_t{128} * kPerOctave> count{};
 
   void Add(double error_w);
   void Add(const ErrorHistogram& other);
@@ -32,7 +32,7 @@ struct ErrorHistogram {
 struct LocalErrors {
   static constexpr int kLowest = -20, kPerOctave = 8;
   static constexpr double kWholeArea = 0x1p40;
-  std::array<uint64_t, 32 * kPerOctave> area{};
+  std::array<uint64_t, size_t{32} * kPerOctave> area{};
   double worst = 0;  // the largest of all leaves (the lowest id among equals)
   NodeId worst_leaf;
 

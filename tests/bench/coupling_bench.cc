@@ -247,6 +247,7 @@ void BenchMatrix() {
   constexpr double kTolerance = 1e-4;
   const std::vector<ConvexPolygon> elements = Elements(kElements);
   std::vector<CouplingEnd> ends;
+  ends.reserve(elements.size());
   for (const ConvexPolygon& element : elements) ends.push_back(MakeCouplingEnd(element));
   const auto rows = [&](size_t first) {
     double sum = 0;

@@ -137,12 +137,12 @@ TEST(ScheduleTest, KeepsWithinMemoryWhoeverSetsTheLimit) {
   SolveOptions options;
   options.accuracy = 1e-4;
   options.max_rounds = 100;
-  const Course guarded = RunModel({}, options, 64 * 100'000);
+  const Course guarded = RunModel({}, options, uint64_t{64} * 100'000);
   EXPECT_EQ(guarded.reason, EndReason::kMemory);
   EXPECT_LE(guarded.rounds.back().memory_bytes, 1.05 * 64 * 100'000);
   EXPECT_GE(guarded.rounds.back().memory_bytes, 0.9 * 64 * 100'000);
-  options.max_memory_bytes = 64 * 10'000;
-  const Course asked = RunModel({}, options, 64 * 100'000);
+  options.max_memory_bytes = uint64_t{64} * 10'000;
+  const Course asked = RunModel({}, options, uint64_t{64} * 100'000);
   EXPECT_EQ(asked.reason, EndReason::kMemory);
   EXPECT_LE(asked.rounds.back().memory_bytes, 1.05 * 64 * 10'000);
   EXPECT_GE(asked.rounds.back().memory_bytes, 0.9 * 64 * 10'000);

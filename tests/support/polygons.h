@@ -17,6 +17,7 @@ inline Vec3 RandomPoint(Random& random, const Vec3& low, const Vec3& high) {
   return low + Vec3(x, y, z) * (high - low);
 }
 
+// Unit vector, evenly distributed.
 inline Vec3 RandomDirection(Random& random) {
   const double z = 2 * random.Unit() - 1, angle = 2 * std::numbers::pi * random.Unit();
   const double r = std::sqrt(std::max(0.0, 1 - z * z));
@@ -30,11 +31,13 @@ inline std::vector<Vec3> RandomConvexPolygon(Random& random, const Vec3& centre,
   const Vec3 helper = std::abs(normal.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
   const Vec3 u = glm::normalize(glm::cross(helper, normal)), v = glm::cross(normal, u);
   std::vector<double> angles;
+  angles.reserve(static_cast<size_t>(corners));
   for (int i = 0; i < corners; ++i) {
     angles.push_back(2 * std::numbers::pi * (i + 0.8 * random.Unit()) / corners);
   }
   const double flat = 0.3 + 0.7 * random.Unit();
   std::vector<Vec3> result;
+  result.reserve(angles.size());
   for (const double angle : angles) {
     result.push_back(centre + radius * (std::cos(angle) * u + flat * std::sin(angle) * v));
   }

@@ -12,7 +12,9 @@ class Slots {
   explicit Slots(const Tree& tree)
       : cluster_count_(static_cast<uint32_t>(tree.hierarchy().clusters().size())) {}
 
-  size_t count(const Tree& tree) const { return tree.size() + (kDirections - 1) * cluster_count_; }
+  size_t count(const Tree& tree) const {
+    return tree.size() + size_t{kDirections - 1} * cluster_count_;
+  }
   uint32_t OfElement(uint32_t node) const { return node + (kDirections - 1) * cluster_count_; }
   uint32_t OfCluster(uint32_t cluster, int direction) const {
     return cluster * kDirections + static_cast<uint32_t>(direction);

@@ -70,8 +70,7 @@ uint32_t Tree::Find(const NodeId& id) const {
 
 uint32_t Tree::FindOrMake(const NodeId& id) {
   uint32_t index = FindNearest(id);
-  while (nodes_[index].id.path != id.path) {
-    const int below = id.level() - nodes_[index].id.level() - 1;
+  for (int below = id.level() - nodes_[index].id.level() - 1; below >= 0; --below) {
     index = MakeChildren(index) + static_cast<uint32_t>((id.path >> below) & 1);
   }
   return index;

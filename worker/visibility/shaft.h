@@ -52,7 +52,7 @@ class Shaft {
   void AddSides(std::span<const Vec3> base, const Vec3& normal, std::span<const Vec3> other);
   bool BlocksAll(const OccluderSet& set, const Occluder& occluder) const;
 
-  std::array<Vec3, 2 * ShaftEnd::kMaxCorners> corners_;  // of p, then of q
+  std::array<Vec3, size_t{2} * ShaftEnd::kMaxCorners> corners_;  // of p, then of q
   int p_count_, count_;
   std::array<HalfSpace, 2 + 2 * ShaftEnd::kMaxCorners> planes_;
   int plane_count_ = 0;

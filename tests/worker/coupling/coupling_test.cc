@@ -4,10 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
-#include <cstring>
 #include <vector>
 
+#include "tests/support/polygons.h"
 #include "tests/worker/coupling/random_pairs.h"
 #include "worker/coupling/clip.h"
 #include "worker/coupling/point_factor.h"
@@ -38,8 +39,9 @@ PairCoupling CoupleTo(double tolerance, const ConvexPolygon& p, const ConvexPoly
 }
 
 bool SameBits(const PairCoupling& a, const PairCoupling& b) {
-  return std::memcmp(&a.coupling_m2, &b.coupling_m2, sizeof(double)) == 0 &&
-         std::memcmp(&a.error_m2, &b.error_m2, sizeof(double)) == 0 && a.regime == b.regime;
+  const auto bits = [](double value) { return std::bit_cast<uint64_t>(value); };
+  return bits(a.coupling_m2) == bits(b.coupling_m2) && bits(a.error_m2) == bits(b.error_m2) &&
+         a.regime == b.regime;
 }
 
 TEST(PointFormFactors, MatchesClosedForms) {

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "common/util/random.h"
+#include "tests/support/polygons.h"
 #include "tests/worker/coupling/random_pairs.h"
 
 namespace isolux {

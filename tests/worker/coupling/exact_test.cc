@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "tests/support/exact_factors.h"
+#include "tests/support/polygons.h"
 #include "tests/support/shapes.h"
 #include "tests/support/shared_folder.h"
 #include "tests/worker/coupling/random_pairs.h"

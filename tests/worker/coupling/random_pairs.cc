@@ -6,6 +6,7 @@
 #include <tuple>
 #include <vector>
 
+#include "tests/support/polygons.h"
 #include "worker/coupling/coupling.h"
 
 namespace isolux::testing {
@@ -167,13 +168,6 @@ PolygonPair MakePair(const PairFamily& family, uint64_t seed) {
       turned = Reversed(turned);
     }
   }
-}
-
-Vec3 RandomDirection(Random& random) {
-  const double z = Between(random, -1, 1);
-  const double angle = 2 * kPi * random.Unit();
-  const double r = std::sqrt(1 - z * z);
-  return {r * std::cos(angle), r * std::sin(angle), z};
 }
 
 ConvexPolygon RandomPolygon(Random& random, const Vec3& centre, const Vec3& normal, double radius,

@@ -24,9 +24,6 @@ std::span<const PairFamily> PairFamilies();
 // A pair of the family that exchanges something.
 PolygonPair MakePair(const PairFamily& family, uint64_t seed);
 
-// Unit vector, evenly distributed.
-Vec3 RandomDirection(Random& random);
-
 // A random triangle or convex quad with its corners on an ellipse of this radius, `aspect` times as
 // long as wide.
 ConvexPolygon RandomPolygon(Random& random, const Vec3& centre, const Vec3& normal, double radius,
