@@ -37,6 +37,7 @@ std::pair<double, double> LeastSeconds(testing::LinkBench& bench) {
   constexpr int kRuns = 60;
   const std::vector<Lanes> three = bench.RandomValues(1);
   std::vector<Single> one;
+  one.reserve(three.size());
   for (const Lanes& v : three) one.push_back(Single{v[0]});
   std::vector<Lanes> to_three(three.size());
   std::vector<Single> to_one(one.size());
