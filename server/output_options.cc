@@ -27,7 +27,8 @@ OutputMeshOptions OutputOptionsOf(const RoundSummary& last, const SolveOptions& 
 
 double PointAccuracyWithin(double times_as_long, double accuracy) {
   constexpr double kFinest = 0.5;
-  return std::clamp(1 / std::sqrt(times_as_long), kFinest, 1.0) * accuracy;
+  const double share = std::clamp(1 / std::sqrt(times_as_long), kFinest, 1.0);
+  return share < 1 ? share * std::min(accuracy, kCoarsestOfPoints) : accuracy;
 }
 
 }  // namespace isolux

@@ -13,8 +13,12 @@ OutputMeshOptions OutputOptionsOf(const RoundSummary& last, const SolveOptions& 
                                   const Hierarchy& hierarchy, const EffectsPlan& plan,
                                   uint64_t leaves, const OutputMeshOptions& limits);
 
+// For coarser accuracies rays at points become no fewer (GatherOptionsFor).
+inline constexpr double kCoarsestOfPoints = 0.0231;
+
 // What accuracy rays at points can work to that may take so many times as long as at `accuracy`:
-// rays go with its inverse square. Not less than half of it: beyond that points hardly gain.
+// rays go with its inverse square, from kCoarsestOfPoints on. Not less than half of that: beyond it
+// points hardly gain.
 double PointAccuracyWithin(double times_as_long, double accuracy);
 
 }  // namespace isolux

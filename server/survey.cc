@@ -13,9 +13,9 @@
 namespace isolux {
 namespace {
 
-// Leaves of a sample: the gather's figures are then known to about a fifth, for a few hundredths of
-// what the whole gather takes.
-constexpr uint32_t kSampleLeaves = 64;
+// Leaves of a sample: one in so many, for a few hundredths of what the whole gather takes; at least
+// so many, with which its figures are known to about a fifth, and no more than these.
+constexpr uint32_t kOneIn = 32, kFewest = 64, kMost = 512;
 // The gather's error is how far it is from another one with at least four times the rays, of which
 // its own are a part: √(1 − 1/4) of the deviation of its own.
 constexpr double kSeenOfDeviation = 0.8660254037844386;
@@ -60,7 +60,7 @@ Result<double> GatherError(Crew& crew, const Hierarchy& hierarchy, const Snapsho
   const double at = std::max(accuracy, kFinerAccuracy);
   std::array<std::vector<double>, 2> gathered;
   for (const bool finer : {false, true}) {
-    GatherWaves waves(crew, finer ? std::min(0.5 * at, kFinerAccuracy) : at, kSampleLeaves);
+    GatherWaves waves(crew, finer ? std::min(0.5 * at, kFinerAccuracy) : at, kMost);
     ASSIGN_OR_RETURN(gathered[finer ? 1 : 0],
                      waves.Gather(corners.leaves, corners.wanted, nullptr));
   }
@@ -86,7 +86,8 @@ Result<LinkErrors> CountLinkErrors(Crew& crew) {
 LeafSample SampleLeaves(const Hierarchy& hierarchy, const Snapshot& snapshot, uint64_t seed) {
   LeafSample sample;
   const auto count = static_cast<uint32_t>(snapshot.leaves.size());
-  if (count <= kSampleLeaves) {
+  const uint32_t wanted = std::clamp(count / kOneIn, kFewest, kMost);
+  if (count <= wanted) {
     sample.leaves.resize(count);
     std::iota(sample.leaves.begin(), sample.leaves.end(), 0);
     sample.weight.assign(count, 1);
@@ -102,10 +103,10 @@ LeafSample SampleLeaves(const Hierarchy& hierarchy, const Snapshot& snapshot, ui
     const double chance = 0.5 / count + 0.5 * LeafArea(hierarchy, snapshot.leaves[i].id) / area_m2;
     at += chance;
     uint32_t hits = 0;
-    for (; steps < kSampleLeaves && (steps + offset) / kSampleLeaves < at; ++steps) ++hits;
+    for (; steps < wanted && (steps + offset) / wanted < at; ++steps) ++hits;
     if (hits == 0) continue;
     sample.leaves.push_back(i);
-    sample.weight.push_back(hits / (chance * kSampleLeaves));
+    sample.weight.push_back(hits / (chance * wanted));
   }
   return sample;
 }
@@ -115,10 +116,15 @@ Status SampleGather(Crew& crew, const Hierarchy& hierarchy, const Snapshot& snap
   const LeafSample sample = SampleLeaves(hierarchy, snapshot, seed);
   ASSIGN_OR_RETURN(row->error_gather,
                    GatherError(crew, hierarchy, snapshot, sample, output.accuracy));
-  OutputMeshOptions unlimited = output;
-  unlimited.further_waves = 0;  // few elements need them
-  unlimited.max_elements = UINT64_MAX / 8;
-  GatherWaves waves(crew, output.accuracy, kSampleLeaves);
+  OutputMeshOptions of_sample = output;
+  of_sample.further_waves = 0;  // few elements need them
+  // As many as the sample's share of the limit: where not all can be divided that bend, those that
+  // bend most are, at whose points there are most rays.
+  const double stand_for = std::accumulate(sample.weight.begin(), sample.weight.end(), 0.0);
+  of_sample.max_elements = static_cast<uint64_t>(
+      std::ceil(static_cast<double>(output.max_elements) *
+                static_cast<double>(sample.leaves.size()) / std::max(1.0, stand_for)));
+  GatherWaves waves(crew, output.accuracy, kMost);
   uint64_t points = 0;
   const auto gather = [&](const std::vector<NodeId>& elements,
                           const std::vector<uint8_t>& corners) {
@@ -126,7 +132,7 @@ Status SampleGather(Crew& crew, const Hierarchy& hierarchy, const Snapshot& snap
     return waves.Gather(elements, corners, nullptr);
   };
   ASSIGN_OR_RETURN(const OutputElements refined,
-                   RefineOutput(hierarchy, snapshot, sample.leaves, unlimited, gather));
+                   RefineOutput(hierarchy, snapshot, sample.leaves, of_sample, gather));
   double seen = 0, whole = 0;
   for (const OutputElement& element : refined.elements) {
     const auto place = std::lower_bound(sample.leaves.begin(), sample.leaves.end(), element.leaf);

@@ -183,6 +183,8 @@ TEST(ScheduleTest, SpendsSpareTimeOnPointsUpToALimit) {
   EXPECT_EQ(PointAccuracyWithin(1, 0.02), 0.02);
   EXPECT_NEAR(PointAccuracyWithin(2, 0.02), 0.02 / std::sqrt(2), 1e-15);
   EXPECT_EQ(PointAccuracyWithin(1000, 0.02), 0.01);
+  EXPECT_EQ(PointAccuracyWithin(1, 0.2), 0.2);
+  EXPECT_EQ(PointAccuracyWithin(4, 0.2), 0.5 * kCoarsestOfPoints);
   ScheduleInput input;  // neither a budget nor rounds
   EXPECT_EQ(TimeForGather(input), 1);
   input.options.max_seconds = 10;
