@@ -170,7 +170,7 @@ TEST(ScheduleTest, KeepsWithinTheTime) {
     end.options = options;
     end.rounds = run.rounds;
     end.seconds = rounds_s;
-    const double rays = std::pow(PointAccuracyWithin(TimeForGather(end), 1.0), -2);
+    const double rays = std::pow(PointAccuracyWithin(TimeForGather(end), 0.02) / 0.02, -2);
     EXPECT_LE(rounds_s + rays * gather_s, 20);
     if (gather_s > 0.2 * rounds_s) {
       EXPECT_GE(rounds_s + rays * gather_s, 0.85 * 20);
