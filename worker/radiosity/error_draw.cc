@@ -30,9 +30,9 @@ Lanes SignsOf(const NodeId& p, const NodeId& q) {
 }
 
 // m² that the link's coupling may be off, from the power it may be off at either end.
-double CouplingError(const LinkError& error, double doubt, double xp, double xq) {
+double CouplingError(const LinkError& error, double xp, double xq) {
   const auto over = [&](double visibility_w, double coupling_w, double source) {
-    return source > 0 ? std::hypot(doubt * visibility_w, coupling_w) / source : 0.0;
+    return source > 0 ? std::hypot(visibility_w, coupling_w) / source : 0.0;
   };
   return std::max(over(error.visibility_p_w, error.coupling_p_w, xq),
                   over(error.visibility_q_w, error.coupling_q_w, xp));
@@ -103,12 +103,7 @@ Result<double> DrawError(Product& product, const Tree& tree, const LeafSystem& l
       radiosity, {Inherit::kWhole, Inherit::kWhole, Inherit::kWhole, Inherit::kWhole},
       [&](const Link& link, const Slots::Ends& ends, double xp, double xq, Lanes& to_p,
           Lanes& to_q) {
-        NodeValues p = tree.values(link.p), q = tree.values(link.q);
-        p.radiosity = static_cast<float>(xp);
-        q.radiosity = static_cast<float>(xq);
-        const double deviation = link.visibility_deviation();
-        const double doubt = deviation > 0 ? link.doubt() / deviation : 0.0;
-        const double error_m2 = CouplingError(ErrorOf(tree, link, p, q), doubt, xp, xq);
+        const double error_m2 = CouplingError(DoubtedError(tree, link, xp, xq), xp, xq);
         const Lanes signs = SignsOf(tree.node(link.p).id, tree.node(link.q).id);
         const double moved = error_m2 * (xq - xp) / unit;
         to_p = signs * Scaled(moved * product.inverse_area(ends.p));

@@ -4,7 +4,6 @@
 // for even at once where rows are closed, and sees none.
 #pragma once
 
-#include <functional>
 #include <span>
 
 #include "common/util/status.h"

@@ -51,29 +51,23 @@ Result<std::vector<IntLanes>> SumSquares(Product& product, const Tree& tree,
       radiosity, {Inherit::kHalf, Inherit::kWhole, Inherit::kWhole, Inherit::kWhole},
       [&](const Link& link, const Slots::Ends& ends, double xp, double xq, Lanes& to_p,
           Lanes& to_q) {
-        NodeValues p = tree.values(link.p), q = tree.values(link.q);
-        p.radiosity = static_cast<float>(xp);
-        q.radiosity = static_cast<float>(xq);
-        const LinkError error = ErrorOf(tree, link, p, q);
-        const double deviation = link.visibility_deviation();
-        const double doubt = deviation > 0 ? link.doubt() / deviation : 0.0;
+        const LinkError error = DoubtedError(tree, link, xp, xq);
         const bool cluster = tree.is_cluster(link.p) || tree.is_cluster(link.q);
         const double share = cluster ? 0.0 : std::max(link.visibility(), 0.1) / unit;
         const double at_p = product.inverse_area(ends.p) / unit;
         const double at_q = product.inverse_area(ends.q) / unit;
-        to_p =
-            Lanes{Square(q.radiosity * link.variation_p * share), Square(error.spread_p_w * at_p),
-                  Square(doubt * error.visibility_p_w * at_p), Square(error.coupling_p_w * at_p)};
-        to_q =
-            Lanes{Square(p.radiosity * link.variation_q * share), Square(error.spread_q_w * at_q),
-                  Square(doubt * error.visibility_q_w * at_q), Square(error.coupling_q_w * at_q)};
+        to_p = Lanes{Square(static_cast<float>(xq) * link.variation_p * share),
+                     Square(error.spread_p_w * at_p), Square(error.visibility_p_w * at_p),
+                     Square(error.coupling_p_w * at_p)};
+        to_q = Lanes{Square(static_cast<float>(xp) * link.variation_q * share),
+                     Square(error.spread_q_w * at_q), Square(error.visibility_q_w * at_q),
+                     Square(error.coupling_q_w * at_q)};
       },
       std::span<IntLanes>(sums)));
   return sums;
 }
 
-// Σ A |mean of H − H before| over the old leaves that own leaves lie on, and the same without signs
-// taken off.
+// Σ A |mean of H − H before| over the old leaves that own leaves lie on; and Σ A (H − H before).
 void AddChange(const LeafSystem& leaves, std::span<const Lanes> irradiance,
                const Previous& previous, ExactSum& sum, ExactSum& signed_sum) {
   if (previous.irradiance.empty()) return;
@@ -91,6 +85,18 @@ void AddChange(const LeafSystem& leaves, std::span<const Lanes> irradiance,
 }
 
 }  // namespace
+
+LinkError DoubtedError(const Tree& tree, const Link& link, double radiosity_p, double radiosity_q) {
+  NodeValues p = tree.values(link.p), q = tree.values(link.q);
+  p.radiosity = static_cast<float>(radiosity_p);
+  q.radiosity = static_cast<float>(radiosity_q);
+  LinkError error = ErrorOf(tree, link, p, q);
+  const double deviation = link.visibility_deviation();
+  const double doubt = deviation > 0 ? link.doubt() / deviation : 0.0;
+  error.visibility_p_w *= doubt;
+  error.visibility_q_w *= doubt;
+  return error;
+}
 
 double DriftToCome(double coarser) {
   constexpr double kPower = 0.3, kMost = 2;

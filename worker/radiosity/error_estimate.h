@@ -19,6 +19,10 @@ namespace isolux {
 // accuracies.
 inline constexpr double kLinkErrorCalibration = 0.55;
 
+// The error of a link by these radiosities at its ends, W/m², that of its visibility as far as it
+// is in doubt; its total is the one without doubt.
+LinkError DoubtedError(const Tree& tree, const Link& link, double radiosity_p, double radiosity_q);
+
 struct LeafError {
   double spread = 0;  // range of irradiance over the leaf, W/m², summed over channels
   double error = 0;   // expected absolute error of irradiance, W/m², summed over channels
