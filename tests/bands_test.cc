@@ -131,6 +131,7 @@ TEST(Bands, ThatRepeatTheChannelsGiveTheirLight) {
   ASSERT_EQ(six.patch.vertices.size(), channels.patch.vertices.size());
   ASSERT_EQ(six.summary.band_groups.size(), 2U);
   const RoundSummary& whole = channels.summary.rounds.back();
+  const double unfinished = 2e-4 * options.accuracy;  // each group is iterated for itself
   for (size_t b = 0; b < 6; ++b) {
     const auto c = static_cast<size_t>(kSix[b].channel());
     const BandSummary& of_three = three.summary.band_groups[0].bands[b / 2];
@@ -138,8 +139,8 @@ TEST(Bands, ThatRepeatTheChannelsGiveTheirLight) {
     EXPECT_NEAR(of_three.emitted_w / whole.emitted_w[c], 1, 1e-9);
     EXPECT_NEAR(Power(of_three) / (whole.absorbed_w[c] + whole.medium_w[c]), 1, 0.02);
     EXPECT_NEAR(of_six.emitted_w / of_three.emitted_w, 0.5, 1e-9);
-    EXPECT_NEAR(of_six.absorbed_w / of_three.absorbed_w, 0.5, 1e-6);
-    EXPECT_NEAR(of_six.medium_w / of_three.medium_w, 0.5, 1e-6);
+    EXPECT_NEAR(of_six.absorbed_w / of_three.absorbed_w, 0.5, unfinished);
+    EXPECT_NEAR(of_six.medium_w / of_three.medium_w, 0.5, unfinished);
     EXPECT_NEAR((Power(of_six) + of_six.escaped_w) / of_six.emitted_w, 1, 0.02);
     // Rays go, and sources are opened, where a group's own light is: points differ by less than
     // the error that is stated.

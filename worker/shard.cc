@@ -35,7 +35,6 @@ Status Shard::Start(const SolveOptions& options, const Assignment& assignment, u
   if (impl_->plan.occlusion && !impl_->prover) impl_->prover.emplace(impl_->hierarchy);
   impl_->gatherer.reset();
   impl_->links = {};
-  impl_->sampler = std::make_unique<NodeSampler>(impl_->tree);
   impl_->mirrors = impl_->plan.mirrors ? Mirrors(impl_->hierarchy, options.accuracy) : Mirrors();
   impl_->tree.SetMirrors(impl_->mirrors.empty() ? nullptr : &impl_->mirrors);
   impl_->sheets = TranslucentSheets(impl_->hierarchy, impl_->plan);

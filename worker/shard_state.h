@@ -37,7 +37,6 @@ struct Shard::Impl {
   SolveOptions options;
   EffectsPlan plan;
   std::vector<std::string> to_measure;  // effects, in the first round
-  std::unique_ptr<NodeSampler> sampler;
   std::optional<LinkProver> prover;
   std::unique_ptr<Placement> placement;
   std::optional<LightField> lights;  // where the scene has some and the plan wants them
@@ -62,8 +61,7 @@ struct Shard::Impl {
 
   RefineScene refine_scene() const {
     const LinkProver* proofs = prover ? &*prover : nullptr;
-    return {&rays,  sampler.get(),    options.seed,   plan.occlusion,
-            proofs, medium_or_null(), panes_or_null()};
+    return {&rays, options.seed, plan.occlusion, proofs, medium_or_null(), panes_or_null()};
   }
   Status SetAbsorbers();
   // Puts a group of bands in the place of the channels, in all but the tree's values.

@@ -141,7 +141,6 @@ void BenchRays() {
   const Hierarchy hierarchy(BenchScene());
   const RayScene rays(hierarchy);
   const Tree tree(hierarchy);
-  const NodeSampler sampler(tree);
   // Packets between two random surfaces each, as the links of a coarse round have them.
   constexpr int kPackets = 50000;
   std::vector<RayPacket> packets(kPackets);
@@ -167,7 +166,7 @@ void BenchRays() {
   const double alone = 8.0 * kPackets / (Now() - start);
   start = Now();
   uint64_t traced = 0;
-  for (const auto& [p, q] : ends) traced += SampleVisibility(tree, sampler, rays, p, q, 1).traced;
+  for (const auto& [p, q] : ends) traced += SampleVisibility(tree, rays, p, q, 1).traced;
   const double sampled = static_cast<double>(traced) / (Now() - start);
   Print("rays", "Embree alone", alone, "1/s");
   Print("rays", "with sampling and weights", sampled, "1/s");

@@ -48,10 +48,9 @@ struct LinkBench {
     EXPECT_TRUE(tree.Install(start, &moved).ok());
     placement = std::make_unique<Placement>(
         Placement::Make(tree, {{{NodeId::kCluster, 0}}, {0}, 1}, 0).value());
-    const NodeSampler sampler(tree);
     epsilon_w = share * emitted;
-    EXPECT_TRUE(Refine(epsilon_w, {&rays, &sampler, seed, !hierarchy.convex()}, tree, *placement,
-                       pool, links, counters, nullptr)
+    EXPECT_TRUE(Refine(epsilon_w, {&rays, seed, !hierarchy.convex()}, tree, *placement, pool, links,
+                       counters, nullptr)
                     .ok());
     nodes = Subscribe(tree, *placement, links, {}, exchange).value();
     product = std::make_unique<Product>(tree, *placement, links, nodes, pool, exchange);

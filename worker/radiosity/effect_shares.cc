@@ -26,8 +26,7 @@ double MeanRaySeconds(const RefineScene& scene, const Tree& tree, const LinkSet&
       continue;
     }
     traced += static_cast<uint64_t>(
-        SampleVisibility(tree, *scene.sampler, *scene.rays, from[i].p, from[i].q, scene.seed)
-            .traced);
+        SampleVisibility(tree, *scene.rays, from[i].p, from[i].q, scene.seed).traced);
   }
   return Share(watch.cpu_s(), static_cast<double>(traced));
 }

@@ -12,8 +12,8 @@ namespace isolux {
 namespace {
 
 void Sample(const RefineScene& scene, const Tree& tree, uint32_t image, Link& link, uint8_t* rays) {
-  const SampledVisibility sampled = SampleThrough(tree, *scene.sampler, *scene.rays, image, link.p,
-                                                  link.q, scene.occlusion, scene.seed);
+  const SampledVisibility sampled =
+      SampleThrough(tree, *scene.rays, image, link.p, link.q, scene.occlusion, scene.seed);
   *rays = static_cast<uint8_t>(sampled.traced);
   link.SetThroughMirrors(image, sampled.share, sampled.visible);
 }
@@ -64,9 +64,8 @@ LinkVerdict EvaluateThrough(const RefineScene& scene, const Tree& tree, double e
   const LinkVerdict verdict = judge(link);
   if (verdict != LinkVerdict::kKeep) return verdict;
   // Of other rays than those that judged it: see kValue.
-  const SampledVisibility sampled =
-      SampleThrough(tree, *scene.sampler, *scene.rays, image, link.p, link.q, scene.occlusion,
-                    Hash(scene.seed, kValue));
+  const SampledVisibility sampled = SampleThrough(tree, *scene.rays, image, link.p, link.q,
+                                                  scene.occlusion, Hash(scene.seed, kValue));
   *rays = static_cast<uint8_t>(*rays + sampled.traced);
   link.SetThroughMirrors(image, sampled.share, link.rays());
   return verdict;

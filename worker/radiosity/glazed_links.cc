@@ -63,9 +63,8 @@ Rgb LeftByPanes(const RefineScene& scene, const Tree& tree, const Link& link) {
   double weights = 0;
   for (uint64_t k = 0; k < kPackets; ++k) {
     const uint64_t seed = k == 0 ? Hash(scene.seed, kValue) : Hash(scene.seed, kValue, k);
-    const SampledRays sampled =
-        RaysBetween(tree, *scene.sampler, *scene.rays, image == nullptr ? kStraight : link.image(),
-                    link.p, link.q, seed);
+    const SampledRays sampled = RaysBetween(
+        tree, *scene.rays, image == nullptr ? kStraight : link.image(), link.p, link.q, seed);
     const RayPacket& packet = sampled.packet;
     if (packet.valid == 0) continue;
     const uint32_t passing =

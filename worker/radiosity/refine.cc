@@ -196,7 +196,7 @@ class Evaluator {
       return;
     }
     const SampledVisibility sampled =
-        SampleVisibility(tree_, *scene_.sampler, *scene_.rays, link.p, link.q, scene_.seed);
+        SampleVisibility(tree_, *scene_.rays, link.p, link.q, scene_.seed);
     found.rays = static_cast<uint8_t>(sampled.traced);
     link.visible_share = static_cast<uint16_t>(std::lround(sampled.share * 65535));
     link.visible_rays = static_cast<uint8_t>(sampled.visible);
@@ -204,8 +204,8 @@ class Evaluator {
 
   // See kValue.
   void SampleAgain(Link& link, Evaluation& found) const {
-    const SampledVisibility sampled = SampleVisibility(tree_, *scene_.sampler, *scene_.rays, link.p,
-                                                       link.q, Hash(scene_.seed, kValue));
+    const SampledVisibility sampled =
+        SampleVisibility(tree_, *scene_.rays, link.p, link.q, Hash(scene_.seed, kValue));
     found.rays = static_cast<uint8_t>(found.rays + sampled.traced);
     link.visible_share = static_cast<uint16_t>(std::lround(sampled.share * 65535));
   }

@@ -66,7 +66,6 @@ struct RefineCounters {
 // What refinement reads but never changes.
 struct RefineScene {
   const RayScene* rays = nullptr;
-  const NodeSampler* sampler = nullptr;
   uint64_t seed = 1;
   bool occlusion = true;               // whether anything may stand between
   const LinkProver* prover = nullptr;  // null: rays alone

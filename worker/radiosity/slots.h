@@ -30,24 +30,24 @@ class Slots {
   struct Ends {
     uint32_t p, q;
   };
-  // Of a link: its clusters as each sees the other end's centre.
-  Ends Of(const Tree& tree, uint32_t p, uint32_t q) const {
+  // Of what p and q, or p and an image of q, exchange: clusters as each sees the other end's
+  // centre.
+  Ends Of(const Tree& tree, uint32_t p, uint32_t q, const MirrorImage* through = nullptr) const {
     if (!tree.is_cluster(p) && !tree.is_cluster(q)) return {OfElement(p), OfElement(q)};
-    const int direction = NearestDirection(tree.centre(q) - tree.centre(p));
-    return {tree.is_cluster(p) ? OfCluster(p, direction) : OfElement(p),
-            tree.is_cluster(q) ? OfCluster(q, direction ^ 1) : OfElement(q)};
+    const auto slot = [&](uint32_t node, int direction) {
+      return tree.is_cluster(node) ? OfCluster(node, direction) : OfElement(node);
+    };
+    if (through == nullptr) {
+      const int direction = NearestDirection(tree.centre(q) - tree.centre(p));
+      return {slot(p, direction), slot(q, direction ^ 1)};
+    }
+    const Vec3 d = through->image.Point(tree.centre(q)) - tree.centre(p);
+    return {slot(p, NearestDirection(d)), slot(q, NearestDirection(through->back.Direction(-d)))};
   }
 
   Ends Of(const Tree& tree, const Link& link) const {
-    if (!link.through_mirrors() || (!tree.is_cluster(link.p) && !tree.is_cluster(link.q))) {
-      return Of(tree, link.p, link.q);
-    }
-    const MirrorImage& image = tree.mirrors()->images()[link.image()];
-    const Vec3 d = image.image.Point(tree.centre(link.q)) - tree.centre(link.p);
-    const auto slot = [&](uint32_t node, const Vec3& towards) {
-      return tree.is_cluster(node) ? OfCluster(node, NearestDirection(towards)) : OfElement(node);
-    };
-    return {slot(link.p, d), slot(link.q, image.back.Direction(-d))};
+    return Of(tree, link.p, link.q,
+              link.through_mirrors() ? &tree.mirrors()->images()[link.image()] : nullptr);
   }
 
   // A slot as a name that is the same in every process; a cluster's direction stands in the high

@@ -7,31 +7,39 @@
 
 #include "common/util/random.h"
 #include "worker/radiosity/folded_path.h"
+#include "worker/radiosity/slots.h"
 
 namespace isolux {
 
-NodeSampler::NodeSampler(const Tree& tree) {
-  const Hierarchy& hierarchy = tree.hierarchy();
-  area_before_.reserve(hierarchy.surfaces().size() + 1);
-  double sum = 0;
-  for (const uint32_t surface : hierarchy.surface_order()) {
-    area_before_.push_back(sum);
-    sum += hierarchy.surface_area_m2(surface);
+uint32_t SurfaceFacing(const Tree& tree, uint32_t cluster, int direction, double w) {
+  const ClusterFacing& facing = tree.facing();
+  double left_m2 = w * facing.area_m2(cluster, direction);
+  uint32_t chosen = cluster;
+  while (tree.is_cluster(chosen)) {
+    const uint32_t above = chosen;
+    chosen = kNoNode;
+    bool found = false;
+    tree.ForEachChild(above, [&](uint32_t child) {
+      const double part_m2 =
+          tree.is_cluster(child)
+              ? facing.part_m2(above, child, direction)
+              : tree.area_m2(child) * facing.cosine(tree.node(child).id.surface, direction);
+      if (found || !(part_m2 > 0)) return;
+      chosen = child;  // the last one, where rounding leaves something
+      found = left_m2 < part_m2;
+      if (!found) left_m2 -= part_m2;
+    });
   }
-  area_before_.push_back(sum);
-}
-
-uint32_t NodeSampler::Surface(const Tree& tree, uint32_t node, double w) const {
-  const Cluster& cluster = tree.cluster(node);
-  const auto begin = area_before_.begin() + cluster.first_surface;
-  const double target = *begin + w * (begin[cluster.surface_count] - *begin);
-  auto place =
-      static_cast<uint32_t>(std::upper_bound(begin, begin + cluster.surface_count, target) - begin);
-  place = std::clamp<uint32_t>(place, 1, cluster.surface_count) - 1;
-  return tree.SurfaceIndex(tree.hierarchy().surface_order()[cluster.first_surface + place]);
+  return chosen;
 }
 
 namespace {
+
+// Of a surface of a cluster, however little it faces the other end's centre: others would have to
+// answer for it.
+constexpr float kLeastCosine = 0.1F;
+// Where no pair of points of a packet faces each other.
+constexpr uint64_t kPackets = 4;
 
 // A rank-1 lattice of eight points, shifted at random: stratified in every coordinate.
 FloatLanes Stratified(int coordinate, Random& random) {
@@ -49,11 +57,12 @@ FloatLanes Stratified(int coordinate, Random& random) {
 // Eight points of one end of a link.
 struct EndPoints {
   FloatPoints position{}, normal{};
+  FloatLanes density = SplatFloat(1);  // of points, up to a factor
   std::array<uint32_t, 8> polygon{};
 };
 
-EndPoints PointsOf(const Tree& tree, const NodeSampler& sampler, uint32_t node, double noise_m,
-                   FloatLanes u, FloatLanes v, FloatLanes w) {
+EndPoints PointsOf(const Tree& tree, uint32_t node, int direction, double noise_m, FloatLanes u,
+                   FloatLanes v, FloatLanes w) {
   EndPoints points;
   if (!tree.is_cluster(node)) {
     points.position =
@@ -63,17 +72,18 @@ EndPoints PointsOf(const Tree& tree, const NodeSampler& sampler, uint32_t node, 
     points.polygon.fill(tree.surface_of(node).polygon);
     return points;
   }
+  if (!(tree.facing().area_m2(node, direction) > 0)) return points;
   for (int i = 0; i < 8; ++i) {
-    const uint32_t surface = sampler.Surface(tree, node, w[i]);
+    const uint32_t surface = SurfaceFacing(tree, node, direction, w[i]);
     const FloatPoints at =
         PolygonSampler(tree.polygon(surface)).At(SplatFloat(u[i]), SplatFloat(v[i]));
-    // One that the cluster does not stand for faces nothing.
-    const bool counts = tree.facing().StandsFor(node, tree.node(surface).id.surface);
-    const Vec3 n = counts ? tree.normal(surface) : Vec3(0.0);
+    const Vec3 n = tree.normal(surface);
     for (int c = 0; c < 3; ++c) {
       points.position[c][i] = at[c][0];
       points.normal[c][i] = static_cast<float>(n[c]);
     }
+    points.density[i] = std::max(kLeastCosine, static_cast<float>(tree.facing().cosine(
+                                                   tree.node(surface).id.surface, direction)));
     points.polygon[i] = tree.surface_of(surface).polygon;
   }
   return points;
@@ -121,44 +131,56 @@ void MoveToImage(const Isometry& image, EndPoints& points) {
   }
 }
 
+// Of the first packet that has any.
+SampledRays SomeRaysBetween(const Tree& tree, const RayScene& rays, uint32_t image, uint32_t p,
+                            uint32_t q, uint64_t seed) {
+  SampledRays sampled = RaysBetween(tree, rays, image, p, q, seed);
+  for (uint64_t k = 1; sampled.packet.valid == 0 && k < kPackets; ++k) {
+    sampled = RaysBetween(tree, rays, image, p, q, Hash(seed, k));
+  }
+  return sampled;
+}
+
 }  // namespace
 
-SampledRays RaysBetween(const Tree& tree, const NodeSampler& sampler, const RayScene& rays,
-                        uint32_t image, uint32_t p, uint32_t q, uint64_t seed) {
+SampledRays RaysBetween(const Tree& tree, const RayScene& rays, uint32_t image, uint32_t p,
+                        uint32_t q, uint64_t seed) {
   const NodeId& a = tree.node(p).id;
   const NodeId& b = tree.node(q).id;
-  const bool straight = image == kStraight;
-  Random random(
-      Hash(straight ? seed : Hash(seed, image), Hash(a.surface, a.path), Hash(b.surface, b.path)));
+  const MirrorImage* through = image == kStraight ? nullptr : &tree.mirrors()->images()[image];
+  Random random(Hash(through == nullptr ? seed : Hash(seed, image), Hash(a.surface, a.path),
+                     Hash(b.surface, b.path)));
   std::array<FloatLanes, 6> u;
   for (int d = 0; d < 6; ++d) u[d] = Stratified(d, random);
   const double noise_m = rays.coordinate_noise_m();
-  const EndPoints x = PointsOf(tree, sampler, p, noise_m, u[0], u[1], u[4]);
-  EndPoints y = PointsOf(tree, sampler, q, noise_m, u[2], u[3], u[5]);
-  if (!straight) MoveToImage(tree.mirrors()->images()[image].image, y);
+  const Slots slots(tree);
+  const Slots::Ends ends = slots.Of(tree, p, q, through);
+  const EndPoints x = PointsOf(tree, p, slots.DirectionOf(ends.p), noise_m, u[0], u[1], u[4]);
+  EndPoints y = PointsOf(tree, q, slots.DirectionOf(ends.q), noise_m, u[2], u[3], u[5]);
+  if (through != nullptr) MoveToImage(through->image, y);
   // The kernel's peak where the ends touch would leave one ray to decide.
   const auto most = static_cast<float>(1.0 / std::min(tree.area_m2(p), tree.area_m2(q)));
   SampledRays sampled;
-  sampled.weight = Minimum(Kernel(x, y), SplatFloat(most));
+  sampled.weight = Minimum(Kernel(x, y), SplatFloat(most)) / (x.density * y.density);
   sampled.packet = {x.position, y.position, x.polygon, y.polygon, 0};
   for (int i = 0; i < 8; ++i) {
-    if (straight && x.polygon[i] == y.polygon[i]) sampled.weight[i] = 0;
+    if (through == nullptr && x.polygon[i] == y.polygon[i]) sampled.weight[i] = 0;
     if (sampled.weight[i] > 0) sampled.packet.valid |= 1U << i;
   }
   return sampled;
 }
 
-SampledVisibility SampleThrough(const Tree& tree, const NodeSampler& sampler, const RayScene& rays,
-                                uint32_t image, uint32_t p, uint32_t q, bool look, uint64_t seed) {
-  const auto [packet, weight] = RaysBetween(tree, sampler, rays, image, p, q, seed);
+SampledVisibility SampleThrough(const Tree& tree, const RayScene& rays, uint32_t image, uint32_t p,
+                                uint32_t q, bool look, uint64_t seed) {
+  const auto [packet, weight] = SomeRaysBetween(tree, rays, image, p, q, seed);
   return ShareOf(
       weight, packet.valid,
       VisibleThrough(rays, *tree.mirrors(), tree.mirrors()->images()[image], packet, look));
 }
 
-SampledVisibility SampleVisibility(const Tree& tree, const NodeSampler& sampler,
-                                   const RayScene& rays, uint32_t p, uint32_t q, uint64_t seed) {
-  const auto [packet, weight] = RaysBetween(tree, sampler, rays, kStraight, p, q, seed);
+SampledVisibility SampleVisibility(const Tree& tree, const RayScene& rays, uint32_t p, uint32_t q,
+                                   uint64_t seed) {
+  const auto [packet, weight] = SomeRaysBetween(tree, rays, kStraight, p, q, seed);
   if (packet.valid == 0) return {};
   return ShareOf(weight, packet.valid, rays.Visible(packet));
 }

@@ -2,8 +2,6 @@
 // ends, seeded by the ends' ids.
 #pragma once
 
-#include <vector>
-
 #include "worker/radiosity/polygon_sampler.h"
 #include "worker/radiosity/ray_scene.h"
 #include "worker/radiosity/tree.h"
@@ -16,17 +14,9 @@ struct SampledVisibility {
   int traced = 0;
 };
 
-// Picks surfaces of clusters, in proportion to their areas.
-class NodeSampler {
- public:
-  explicit NodeSampler(const Tree& tree);
-
-  // Index of a surface of the cluster, for w in [0, 1).
-  uint32_t Surface(const Tree& tree, uint32_t cluster, double w) const;
-
- private:
-  std::vector<double> area_before_;  // of surfaces, in the hierarchy's order; one more at the end
-};
+// Index of one of the surfaces that the cluster stands for, in proportion to the areas that face
+// the direction, for w in [0, 1). The cluster has such area.
+uint32_t SurfaceFacing(const Tree& tree, uint32_t cluster, int direction, double w);
 
 // The rays of one packet, with what each carries; those that face away do not count.
 struct SampledRays {
@@ -35,15 +25,16 @@ struct SampledRays {
 };
 // Between p and q, or p and an image of q, whose points the goals then are.
 inline constexpr uint32_t kStraight = 0xffffffffu;
-SampledRays RaysBetween(const Tree& tree, const NodeSampler& sampler, const RayScene& rays,
-                        uint32_t image, uint32_t p, uint32_t q, uint64_t seed);
+SampledRays RaysBetween(const Tree& tree, const RayScene& rays, uint32_t image, uint32_t p,
+                        uint32_t q, uint64_t seed);
 
-SampledVisibility SampleVisibility(const Tree& tree, const NodeSampler& sampler,
-                                   const RayScene& rays, uint32_t p, uint32_t q, uint64_t seed);
+// Where all eight pairs of points face away others are drawn, up to three times.
+SampledVisibility SampleVisibility(const Tree& tree, const RayScene& rays, uint32_t p, uint32_t q,
+                                   uint64_t seed);
 
 // The same of p and an image of q; what misses a mirror is hidden. `look`: whether anything may
 // stand in the way.
-SampledVisibility SampleThrough(const Tree& tree, const NodeSampler& sampler, const RayScene& rays,
-                                uint32_t image, uint32_t p, uint32_t q, bool look, uint64_t seed);
+SampledVisibility SampleThrough(const Tree& tree, const RayScene& rays, uint32_t image, uint32_t p,
+                                uint32_t q, bool look, uint64_t seed);
 
 }  // namespace isolux

@@ -52,9 +52,8 @@ StartingLinks CountStartingLinks(const char* name, const Scene& scene) {
   }
   LinkSet open;
   RefineCounters counters;
-  const NodeSampler sampler(bench.tree);
-  EXPECT_TRUE(Refine(bench.epsilon_w, {&bench.rays, &sampler, 1, false}, bench.tree,
-                     *bench.placement, bench.pool, open, counters, nullptr)
+  EXPECT_TRUE(Refine(bench.epsilon_w, {&bench.rays, 1, false}, bench.tree, *bench.placement,
+                     bench.pool, open, counters, nullptr)
                   .ok());
   EXPECT_EQ(counters.rays, 0U);
   count.links = open.own.size() + open.crown.size();
