@@ -1,5 +1,6 @@
 #include "worker/coupling/clip.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace isolux {
@@ -18,10 +19,18 @@ ClippedPolygon ClipToFront(const ConvexPolygon& polygon, const Vec3& point, cons
     if (std::abs(height[i]) <= tolerance_m) height[i] = 0;
   }
   ClippedPolygon result;
-  bool front = false;
+  bool front = false, behind = false;
+  for (int i = 0; i < polygon.count; ++i) {
+    front |= height[i] > 0;
+    behind |= height[i] < 0;
+  }
+  if (!behind) {
+    result.count = front ? polygon.count : 0;
+    std::copy_n(polygon.v.begin(), result.count, result.v.begin());
+    return result;
+  }
   for (int i = 0; i < polygon.count; ++i) {
     const int j = (i + 1) % polygon.count;
-    front |= height[i] > 0;
     if (height[i] >= 0 && result.count < 5) result.v[result.count++] = polygon.v[i];
     if (height[i] * height[j] < 0 && result.count < 5) {
       result.v[result.count++] =

@@ -167,6 +167,17 @@ FormFactorRange NearRange(const CouplingEnd& p, const CouplingEnd& q, std::span<
   return {low, high};
 }
 
+// The corners of what `end` has in front of the other's plane; `part` holds them where that is not
+// the whole.
+std::span<const Vec3> FrontOf(const CouplingEnd& end, Facing facing, const CouplingEnd& other,
+                              double tolerance_m, ClippedPolygon& part) {
+  if (facing == Facing::kFront) {
+    return {end.polygon->v.data(), static_cast<size_t>(end.polygon->count)};
+  }
+  part = ClipToFront(*end.polygon, other.polygon->v[0], other.normal, tolerance_m);
+  return part.corners();
+}
+
 }  // namespace
 
 FormFactorRanges RangesOver(const CouplingEnd& p, const CouplingEnd& q) {
@@ -182,13 +193,13 @@ FormFactorRanges RangesOver(const CouplingEnd& p, const CouplingEnd& q) {
           kFarTolerance * std::min(p.area_m2, q.area_m2)) {
     return {FarRange(p, q), FarRange(q, p)};
   }
-  const ClippedPolygon q_front = ClipToFront(*q.polygon, p.polygon->v[0], p.normal, tolerance_m);
-  const ClippedPolygon p_front = ClipToFront(*p.polygon, q.polygon->v[0], q.normal, tolerance_m);
-  if (q_front.count == 0 || p_front.count == 0) return {};
+  ClippedPolygon q_part, p_part;  // of those that the other's plane cuts
+  const std::span<const Vec3> q_front = FrontOf(q, q_facing, p, tolerance_m, q_part);
+  const std::span<const Vec3> p_front = FrontOf(p, p_facing, q, tolerance_m, p_part);
+  if (q_front.empty() || p_front.empty()) return {};
   const bool closest = kappa > kClosestPointsKappa;
   const double unit_m = std::ldexp(1.0, std::ilogb(distance + reach));
-  return {NearRange(p, q, q_front.corners(), closest, unit_m),
-          NearRange(q, p, p_front.corners(), closest, unit_m)};
+  return {NearRange(p, q, q_front, closest, unit_m), NearRange(q, p, p_front, closest, unit_m)};
 }
 
 FormFactorVariation VariationWith(const FormFactorRanges& ranges, const CouplingEnd& p,

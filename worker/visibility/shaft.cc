@@ -138,14 +138,24 @@ bool Shaft::BlocksAll(const OccluderSet& set, const Occluder& occluder) const {
   }
   const auto corners = set.corners(occluder);
   const auto inwards = set.inwards(occluder);
+  const auto beyond = [&](int i, int j, double inside_i, double inside_j) {
+    const double sum = height[i] + height[j];
+    return sum > occluder.tolerance_m &&
+           height[j] * inside_i + height[i] * inside_j < -tolerance_m_ * sum;
+  };
+  // One segment alone first: most that do not block miss it.
+  for (size_t k = 0; k < corners.size(); ++k) {
+    if (beyond(0, p_count_, glm::dot(inwards[k], corners_[0] - corners[k]),
+               glm::dot(inwards[k], corners_[p_count_] - corners[k]))) {
+      return false;
+    }
+  }
   for (size_t k = 0; k < corners.size(); ++k) {
     std::array<double, 2 * ShaftEnd::kMaxCorners> inside;
     for (int i = 0; i < count_; ++i) inside[i] = glm::dot(inwards[k], corners_[i] - corners[k]);
     for (int i = 0; i < p_count_; ++i) {
       for (int j = p_count_; j < count_; ++j) {
-        const double sum = height[i] + height[j];
-        if (sum <= occluder.tolerance_m) continue;
-        if (height[j] * inside[i] + height[i] * inside[j] < -tolerance_m_ * sum) return false;
+        if (beyond(i, j, inside[i], inside[j])) return false;
       }
     }
   }
