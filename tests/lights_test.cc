@@ -323,34 +323,6 @@ TEST(Lights, AnOpeningShowsItsFormFactorOfTheSky) {
   EXPECT_NEAR(result.summary.rounds.back().escaped_w[0], 0, 1e-12);
 }
 
-// The edge of a square in front of a sun of 10°: beyond half a diameter all or nothing arrives,
-// between that the share of the disc that an edge leaves.
-TEST(Lights, TheSunIsADisc) {
-  Scene scene = ShadedFloor();
-  scene.lights[0].direction = {0, 0, -1};
-  scene.lights[0].disc_radius = std::tan(5 * pi / 180);
-  const SolveResult result = Solve(scene, 0.01);
-  int penumbra = 0;
-  double off = 0;
-  for (const PatchVertex& vertex : result.patch.vertices) {
-    const Vec3& x = vertex.position;
-    if (x.z > 0.5 || std::abs(x.x) > 1 || std::abs(x.y) > 0.3)
-      continue;  // of two edges, the middle
-    const double t = (std::abs(x.x) - 0.5) / scene.lights[0].disc_radius;
-    if (std::abs(t) > 1.001) {
-      EXPECT_NEAR(vertex.irradiance[0], t > 0 ? 800.0 : 0.0, 0.5);
-      continue;
-    }
-    const double s = std::clamp(t, -1.0, 1.0);
-    const double share = 0.5 + (std::asin(s) + s * std::sqrt(1 - s * s)) / pi;
-    EXPECT_NEAR(vertex.irradiance[0], share * 800, 0.09 * 800);
-    off += vertex.irradiance[0] - share * 800;
-    ++penumbra;
-  }
-  ASSERT_GT(penumbra, 10);
-  EXPECT_LT(std::abs(off) / penumbra, 0.005 * 800);
-}
-
 // On one, two and three workers; nor may energy be lost. What escapes is known by rays, of the
 // leaves that reflect the light of the sun by the most: with 32 a leaf a hundredth was missing.
 void ExpectSameBits(const Scene& scene, const SolveOptions& options) {

@@ -9,6 +9,7 @@
 #include "common/util/angles.h"
 #include "common/util/random.h"
 #include "worker/coupling/lanes.h"
+#include "worker/radiosity/disc_grid.h"
 #include "worker/radiosity/folded_path.h"
 #include "worker/radiosity/polygon_sampler.h"
 #include "worker/radiosity/polygon_seen.h"
@@ -40,13 +41,6 @@ Random SeedOf(uint64_t seed, const NodeId& id) {
   return Random(Hash(seed, 0x1164u, Hash(id.surface, id.path)));
 }
 
-// Of the unit disk: in one of sixteen parts of equal areas.
-std::array<double, 2> PointOfDisc(int part, Random& random) {
-  const double a = 0.5 * (part % 4 + random.Unit()) - 1;
-  const auto [x, y] = SquareToDisk(a, 0.5 * (part / 4 + random.Unit()) - 1);
-  return {x, y};
-}
-
 }  // namespace
 
 // The light of one source as a point sees it.
@@ -54,7 +48,8 @@ struct LightField::Arrival {
   Vec3 from{0.0};    // a point of the light, or far away towards it
   double share = 0;  // of the intensity: cosine over squared distance, or cosine
   Rgb intensity{0.0};
-  Rgb left{1.0};  // of that, by panes; the intensity is with it
+  Rgb left{1.0};      // of that, by panes; the intensity is with it
+  double facing = 1;  // of a point of a disc: cosine over that of the disc's middle
 
   Rgb irradiance() const { return share * intensity; }
 };
@@ -66,12 +61,18 @@ LightField::Arrival LightField::ArrivalAt(const Source& source, const Vec3& poin
   const Light& light = source.light;
   if (light.kind == LightKind::kDirectional) {
     const double cosine = std::max(0.0, -glm::dot(normal, light.direction));
-    const Vec3 aside = light.disc_radius * (disc[0] * source.side + disc[1] * source.across);
+    // An even disc, seen across: even shares of it bring even shares of the irradiance.
+    const double sine2 = 1 / (1 + 1 / (light.disc_radius * light.disc_radius));
+    const double sine2_here = sine2 * (disc[0] * disc[0] + disc[1] * disc[1]);
+    const Vec3 aside =
+        std::sqrt(sine2 / (1 - sine2_here)) * (disc[0] * source.side + disc[1] * source.across);
     Rgb intensity = medium_ ? light.intensity * LeftFromOutside(source, point) : light.intensity;
     const Vec3 from = point + far_m_ * (aside - light.direction);
-    if (panes_ == nullptr || !(cosine > 0)) return {from, cosine, intensity};
+    if (!(cosine > 0)) return {from, 0, intensity};
+    const double facing = std::max(0.0, 1 + glm::dot(normal, aside) / cosine);
+    if (panes_ == nullptr) return {from, cosine, intensity, Rgb(1.0), facing};
     const Rgb left = LeftByPanes(source, point, from);
-    return {from, cosine, intensity * left, left};
+    return {from, cosine, intensity * left, left, facing};
   }
   const Vec3 d = light.position_m - point;
   const double distance2 = glm::dot(d, d), distance = std::sqrt(distance2);
@@ -106,13 +107,13 @@ double LightField::AreaShare(const ConvexPolygon& polygon) const {
 struct LightField::Samples {
   Samples(const ConvexPolygon& polygon, double noise_m, Random random)
       : inside(DrawnIn(polygon, noise_m)), normal(polygon.Normal()) {
-    constexpr int kSide = 4;
+    constexpr int kSide = DiscGrid::kFewestCells;
     static_assert(kSide * kSide == kSamples);
     for (int i = 0; i < kSamples; ++i) {
       const double u = (i % kSide + random.Unit()) / kSide;
       const double v = (i / kSide + random.Unit()) / kSide;
       points[i] = SamplePolygon(inside, u, v);
-      disc[i] = PointOfDisc(i, random);
+      disc[i] = PointOfDisc(kSide, static_cast<uint32_t>(i), random);
     }
     for (int i = 0; i < 4; ++i) {
       const Vec3& corner = inside.v[i % inside.count];
@@ -139,7 +140,8 @@ LightField::LightField(const Hierarchy& hierarchy, const RayScene& rays, const M
       seed_(seed),
       far_m_(2 * hierarchy.extent_m()),
       panes_(panes),
-      finest_(accuracy < kFineAccuracy ? 2 * kFinestCells : kFinestCells) {
+      finest_(accuracy < kFineAccuracy ? 2 * kFinestCells : kFinestCells),
+      sun_cells_(DiscGrid::CellsFor(accuracy)) {
   if (medium != nullptr) medium_ = MediumInBox{*medium, hierarchy.clusters()[0].bounds};
   const auto lit = ClosedComponentsLit(hierarchy, rays, scout, seed);
   for (size_t l = 0; l < lit.size(); ++l) {
@@ -318,9 +320,10 @@ void LightField::AddLight(const Source& source, const NodeId& id, const ConvexPo
                              std::span(samples.points).subspan(first, RayScene::kPacket), first);
     for (int i = 0; i < RayScene::kPacket; ++i) {
       const Rgb irradiance = look.arrivals[i].irradiance();
-      shares += look.arrivals[i].share;
-      whole += irradiance;
-      if ((look.free >> i & 1) != 0) seen += irradiance;
+      const double facing = look.arrivals[i].facing;
+      shares += facing * look.arrivals[i].share;
+      whole += facing * irradiance;
+      if ((look.free >> i & 1) != 0) seen += facing * irradiance;
       least = std::min(least, SumOf(irradiance));
       most = std::max(most, SumOf(irradiance));
     }
@@ -408,33 +411,40 @@ void LightField::AddSky(const NodeId& id, const Samples& samples, GivenIrradianc
   sum->border += 0.8 * finer * deviation;
 }
 
-// Sixteen points of the disc, and 48 more where these disagree.
+// Sixteen points of the disc, and more where these disagree.
 Rgb LightField::FromSun(const Source& sun, const LitPoint& point, LightRays* rays) const {
-  Random random(Hash(point.seed, 0x50au));
-  int seen = 0, looked = 0;
-  Rgb irradiance(0.0), through_panes(0.0);
-  for (int wanted = 16; looked < wanted;) {
-    RayPacket packet;
-    std::array<Rgb, RayScene::kPacket> of_ray;
-    for (int i = 0; i < RayScene::kPacket; ++i) {
-      const Arrival arrival =
-          ArrivalAt(sun, point.position, point.normal, PointOfDisc((looked + i) % 16, random));
-      of_ray[i] = irradiance = arrival.irradiance();
-      if (!(SumOf(irradiance) > 0)) return Rgb(0.0);
-      packet.Set(i, {point.position, arrival.from, point.polygon, RayHit::kNothing});
+  const Arrival middle = ArrivalAt(sun, point.position, point.normal, {});
+  if (!(middle.share > 0)) return Rgb(0.0);
+  if (!MayBeHidden(sun) && panes_ == nullptr) return middle.irradiance();
+  DiscGrid grid(sun_cells_, Random(Hash(point.seed, 0x50au)));
+  do {
+    const std::span<const uint32_t> cells = grid.unknown();
+    for (size_t first = 0; first < cells.size(); first += RayScene::kPacket) {
+      const auto some =
+          cells.subspan(first, std::min<size_t>(RayScene::kPacket, cells.size() - first));
+      LookAtDisc(sun, point, some, &grid);
+      if (MayBeHidden(sun)) rays->sun += some.size();
     }
-    if (!MayBeHidden(sun) && panes_ == nullptr) return irradiance;
-    const uint32_t free = Reaches(sun, packet);
-    for (int i = 0; i < RayScene::kPacket && panes_ != nullptr; ++i) {
-      if ((free >> i & 1) != 0) through_panes += of_ray[i];
-    }
-    seen += std::popcount(free);
-    looked += RayScene::kPacket;
-    rays->sun += RayScene::kPacket;
-    if (looked == 16 && seen > 0 && seen < looked) wanted = 64;
+  } while (grid.Divide());
+  const double radius = sun.light.disc_radius, sine = radius / std::sqrt(1 + radius * radius);
+  const Vec3 slope = sine / middle.share * point.normal;
+  return grid.Mean({glm::dot(slope, sun.side), glm::dot(slope, sun.across)}, sine);
+}
+
+// Into cells of a sun's disc, no more than a packet.
+void LightField::LookAtDisc(const Source& sun, const LitPoint& point,
+                            std::span<const uint32_t> cells, DiscGrid* grid) const {
+  std::array<Arrival, RayScene::kPacket> arrivals;
+  RayPacket packet;
+  for (size_t i = 0; i < cells.size(); ++i) {
+    arrivals[i] = ArrivalAt(sun, point.position, point.normal, grid->PointIn(cells[i]));
+    packet.Set(static_cast<int>(i),
+               {point.position, arrivals[i].from, point.polygon, RayHit::kNothing});
   }
-  if (panes_ != nullptr) return through_panes / static_cast<double>(looked);
-  return static_cast<double>(seen) / looked * irradiance;
+  const uint32_t free = Reaches(sun, packet);
+  for (size_t i = 0; i < cells.size(); ++i) {
+    grid->Set(cells[i], (free >> i & 1) != 0 ? arrivals[i].irradiance() : Rgb(0.0));
+  }
 }
 
 SkyOpenings LightField::OpeningsOf(const NodeId& id, const ConvexPolygon& polygon) const {

@@ -14,6 +14,7 @@
 #include "common/scene/effect_costs.h"
 #include "common/scene/effects_plan.h"
 #include "common/scene/scene.h"
+#include "worker/radiosity/disc_grid.h"
 #include "worker/radiosity/escape.h"
 #include "worker/radiosity/medium_in_box.h"
 #include "worker/radiosity/sky_field.h"
@@ -97,6 +98,8 @@ class LightField {
   double AreaShare(const ConvexPolygon& polygon) const;
   uint32_t FreeOf(size_t first, const RayPacket& packet) const;
   Rgb FromSun(const Source& sun, const LitPoint& point, LightRays* rays) const;
+  void LookAtDisc(const Source& sun, const LitPoint& point, std::span<const uint32_t> cells,
+                  DiscGrid* grid) const;
   double UnoccludedRange(const Source& source, const ConvexPolygon& inside, const Vec3& normal,
                          double least, double most) const;
   GivenIrradiance FromLights(const NodeId& id, const ConvexPolygon& polygon,
@@ -120,7 +123,8 @@ class LightField {
   std::vector<uint8_t> sees_sky_;  // of surfaces: whether light leaves their component
   std::vector<float> escape_;      // of surfaces: share of their light that does
   Rgb brightest_sky_{0.0};
-  int finest_;  // cells a side of the hemisphere, at points of the output
+  int finest_;     // cells a side of the hemisphere, at points of the output
+  int sun_cells_;  // and of a sun's disc, where its light is partly hidden
   Rgb power_w_{0.0};
 };
 
