@@ -79,13 +79,11 @@ struct JsonElement {
       ASSIGN_OR_RETURN(const double value, Number(key, {}, 0, kMost));
       return Rgb(value);
     }
-    ASSIGN_OR_RETURN(const Rgb colour, Vector(key));
-    for (int c = 0; c < 3; ++c) {
-      if (!(colour[c] >= 0 && colour[c] <= kMost)) {
-        return Error("\"{}\" must be 0 or more, one number or three", key);
-      }
-    }
-    return colour;
+    const Result<Vec3> colour = Vector(key);
+    bool good = colour.has_value();
+    for (int c = 0; good && c < 3; ++c) good = (*colour)[c] >= 0 && (*colour)[c] <= kMost;
+    if (good) return *colour;
+    return Error("\"{}\" must be 0 or more, one number or three", key);
   }
 };
 

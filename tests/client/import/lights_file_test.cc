@@ -66,6 +66,11 @@ TEST(LightsFile, SaysWhatIsWrong) {
   EXPECT_THAT(ErrorOf(R"({"lights": [{"type": "sphere"}]})"), HasSubstr("lights[0]: \"type\""));
   EXPECT_THAT(ErrorOf(R"({"lights": [{"type": "point", "intensity": 1}]})"),
               HasSubstr("\"position\" must be three numbers"));
+  for (const char* irradiance : {"", ", \"irradiance\": [1, 2]", ", \"irradiance\": \"5\""}) {
+    EXPECT_THAT(ErrorOf(std::string(R"({"lights": [{"type": "sun", "direction": [0, 0, -1])") +
+                        irradiance + "}]}"),
+                HasSubstr("\"irradiance\" must be 0 or more, one number or three"));
+  }
   EXPECT_THAT(ErrorOf(R"({"lights": [{"type": "point", "position": [0, 0, 0], "intensity": -1}]})"),
               HasSubstr("\"intensity\" must be a number from 0"));
   EXPECT_THAT(ErrorOf(R"({"lights": [{"type": "point", "position": [0, 0, 0], "intensity": 1,
