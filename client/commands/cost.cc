@@ -32,6 +32,8 @@ Result<JobInfo> AwaitRounds(Client& client, uint64_t id) {
     const size_t rounds = job.summary.rounds.size();
     const double seconds = rounds > 0 ? job.summary.rounds.back().seconds : 0;
     if (HasEnded(job.state) || rounds >= kMostRounds) return job;
+    // What follows is the output.
+    if (rounds >= kLeastRounds && job.summary.rounds.back().error_estimate <= kFinest) return job;
     // A round takes about four times as long as the one before.
     if (rounds >= kLeastRounds && std::max(seconds, SecondsSince(start) / 2) > kEnough_s) {
       return job;

@@ -10,14 +10,15 @@ namespace {
 
 // Mean of |x| over the root mean square of x, for a normal x.
 constexpr double kMeanOfAbsolute = 0.8;
-// Share of a link's visibility error that rays at the output points leave.
-constexpr double kVisibilityAfterGather = 0.6;
+// Share of a link's visibility error that rays at the output points leave: at these points, and in
+// what is reflected there.
+constexpr double kVisibilityAfterGather = 0.4, kVisibilityReflected = 0.6;
 // The same of its source variation, which the oracle weighs three times: the gather opens sources.
 constexpr double kSpreadAfterGather = 0.28;
 // The estimate is at least this share of how much the solution moved in the round. In the first
 // one, from ambient light, links do not know yet how the radiosity of their ends varies; from the
 // second on the terms of the links see nearly all that is missing.
-constexpr double kShareOfFirstChange = 0.4, kShareOfChange = 0.1;
+constexpr double kShareOfFirstChange = 0.38, kShareOfChange = 0.1;
 
 // Squares of amplitudes in units of the mean irradiance, as integers: amplitudes from 1e-4 to 4,096
 // of it.
@@ -172,7 +173,8 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
     parts.sums[1].Add(area * l.visibility);
     parts.sums[2].Add(area * l.coupling);
     const double lost_elsewhere = !rows.empty() && rows[i].deviation == 0 ? mean_albedo : 0.0;
-    const double reflected = area * Root((AlbedoOf(leaves, i) - lost_elsewhere) * l.total,
+    const double to_reflect = Root(Root(l.spread, l.coupling), kVisibilityReflected * amplitude(2));
+    const double reflected = area * Root((AlbedoOf(leaves, i) - lost_elsewhere) * to_reflect,
                                          AlbedoOf(leaves, i) * unreflected);
     parts.sums[3].Add(reflected * reflected);
     parts.sums[4].Add(area * light.UnevenReturn(SumOf(leaves.reflectance[i]) / 3));
@@ -207,8 +209,7 @@ Result<ErrorEstimate> EstimateError(Product& product, const Tree& tree, const Le
   estimate.drift = std::abs(total.sums[2].Value()) / arriving;
   estimate.total =
       std::max({total.sums[0].Value() / arriving + estimate.solver,
-                previous.is_ambient ? kShareOfFirstChange * estimate.change
-                                    : kShareOfChange * estimate.change,
+                (previous.is_ambient ? kShareOfFirstChange : kShareOfChange) * estimate.change,
                 previous.is_ambient ? 0.0 : DriftToCome(previous.coarser) * estimate.drift});
   return estimate;
 }

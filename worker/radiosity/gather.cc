@@ -95,9 +95,11 @@ GatherOptions GatherOptionsFor(double accuracy, uint64_t seed) {
   GatherOptions options;
   options.even_share = 0.01 * accuracy;
   options.seed = seed;
-  // 64 rays a point for 2 %, 256 for 1 %: docs/numerics.md, "Gather".
-  options.rays =
-      static_cast<int>(std::clamp(64 * (0.02 / accuracy) * (0.02 / accuracy), 48.0, 1024.0));
+  options.ray_share = std::min(2.5 * accuracy * accuracy, 0.01);
+  // 64 rays a point for 2 %, 256 for 1 %; coarse links leave more in doubt. docs/numerics.md.
+  options.most_rays = accuracy < 0.02 ? std::min(64 * (0.02 / accuracy) * (0.02 / accuracy), 1024.0)
+                                      : std::min(64 * (accuracy / 0.02), 192.0);
+  options.point_error = 0.2 * accuracy;
   options.open_share = std::max(0.01, 0.5 * accuracy);
   return options;
 }
@@ -194,10 +196,9 @@ Result<GatherPart> Gatherer::AtCorners(std::span<const NodeId> elements,
           impl_->PlacesOf(runs[r], elements, corners, part.sums.data());
       if (places.empty()) continue;
       const uint32_t leaf = runs[r].leaf;
-      gather.SetLeaf(impl_->tree, leaf);
+      gather.SetLeaf(impl_->tree, leaf, impl_->sources.CareAt(leaf, options), scale);
       const std::span<SourceBlock* const> blocks = descent.To(leaf);
-      const double rays_per_doubt = impl_->sources.RaysPerDoubt(leaf, options);
-      for (const GatherPlace& place : places) gather.Evaluate(place, blocks, rays_per_doubt);
+      for (const GatherPlace& place : places) gather.Evaluate(place, blocks);
       if (impl_->lights != nullptr && impl_->placement.IsMine(leaf)) {
         lit += impl_->AddLights(leaf, places, scale);
       }

@@ -1,9 +1,9 @@
 // Irradiance at output points, through the links: coarse transport, fine output.
 //
 //   H(x) = Σ over links of the leaf and of all above it:  V(x, q) B_q F(x→q), and what lights bring
-// with F in closed form at the point, sources opened where they carry much and vary, and V from
-// rays at the point for links in doubt, from the link otherwise. About K rays a point, shared out
-// in proportion to what each link brings and to the deviation of its visibility.
+// with F in closed form at the point, sources opened where they carry much and vary, and V from the
+// link where that is sure of it. Of a source in doubt V is found by rays: at first in
+// proportion to what it brings and to the doubt of its link, and more where these disagree.
 //
 // A link's rays at a point follow from the link, the snapshot and a seed alone, so it does not
 // matter which worker holds the link.
@@ -20,7 +20,13 @@
 namespace isolux {
 
 struct GatherOptions {
-  int rays = 64;  // about so many a point
+  // A source gets rays in proportion to what it brings and to the doubt of its link: one where the
+  // product is this share of the leaf's irradiance, all sources together about so many a point.
+  double ray_share = 2e-3;
+  double most_rays = 64;
+  // Where rays to a source disagree more follow, until the point is off by no more than this share
+  // of the leaf's irradiance.
+  double point_error = 3e-3;
   // A source that brings less than this share of a leaf's irradiance is taken to be the same all
   // over the leaf: many such vary against each other.
   double even_share = 2e-4;

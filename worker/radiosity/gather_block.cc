@@ -63,8 +63,8 @@ void SourceBlock::AddPart(std::span<const Vec3> corners, const Vec3& normal,
     octet.radiosity[c][lane] = static_cast<float>(strength.radiosity[c]);
   }
   octet.visibility[lane] = static_cast<float>(strength.visibility);
-  octet.rays[lane] = static_cast<float>(strength.rays);
-  octet.least_rays[lane] = static_cast<float>(strength.least_rays);
+  octet.brings[lane] = static_cast<float>(strength.brings);
+  octet.doubt[lane] = static_cast<float>(strength.doubt);
   octet.exact_per_w_m2[lane] = static_cast<float>(strength.exact_per_w_m2);
   octet.seed[lane] = static_cast<uint32_t>(strength.seed);
   targets_.push_back(target);

@@ -39,8 +39,9 @@ struct SourceOctet {
   FloatLanes height{}, slope_x{}, slope_y{};
   std::array<FloatLanes, 3> radiosity{};  // by channel, in units of 1/scale W/m²
   FloatLanes visibility{};                // of the link
-  // Rays wanted, over the form factor and the rays a W/m²; and at least so many where it is seen.
-  FloatLanes rays{}, least_rays{};
+  // W/m² over the form factor, summed over channels, of what is in doubt: all of it, as far as it
+  // asks for a ray, and times its doubt.
+  FloatLanes brings{}, doubt{};
   // Form factor over the W/m² it would bring, where what is seen of it can be found exactly; else
   // infinity.
   FloatLanes exact_per_w_m2 = SplatFloat(std::numeric_limits<float>::infinity());
@@ -52,6 +53,15 @@ struct ClusterOctet {
   std::array<FloatLanes, 3> centre{};
   FloatLanes facing{};                    // area that faces the surface, in squared units
   std::array<FloatLanes, 3> radiosity{};  // times visibility, in units of 1/scale W/m²
+};
+
+// How closely points of a leaf look at sources in doubt, by what these bring.
+struct GatherCare {
+  double rays_per_doubt_w_m2 = 0;  // that it brings times the doubt of its link
+  double ray_from_w_m2 = 0;        // a source that brings so much gets one however small its doubt
+  // What is seen of it is found exactly where it can be.
+  double exact_from_w_m2 = std::numeric_limits<double>::infinity();
+  double tolerance_w_m2 = 0;  // until the error of rays that disagree is below that
 };
 
 // Whether panes of glass may stand before a source, and what they leave of it: of each point anew
@@ -87,7 +97,7 @@ class SourceBlock {
   struct Strength {
     Lanes radiosity{};  // by channel, in units of 1/scale W/m²
     double visibility = 1;
-    double rays = 0, least_rays = 0;
+    double brings = 0, doubt = 0;
     double exact_per_w_m2 = std::numeric_limits<double>::infinity();
     uint64_t seed = 0;
   };

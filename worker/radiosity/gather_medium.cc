@@ -81,8 +81,7 @@ std::array<FloatLanes, 3> PointGather::LeftOf(const SourceOctet& octet, PlanePoi
   return sum;
 }
 
-void PointGather::AddBlockThrough(const GatherPlace& place, SourceBlock& block,
-                                  float rays_per_doubt) {
+void PointGather::AddBlockThrough(const GatherPlace& place, SourceBlock& block) {
   const PlanePoint at = block.At(place.position);
   const UInt32Lanes seeds = UInt32Lanes{} + static_cast<uint32_t>(place.seed);
   std::array<int64_t, 3> total = block.even();
@@ -105,9 +104,8 @@ void PointGather::AddBlockThrough(const GatherPlace& place, SourceBlock& block,
       const FloatLanes arriving = seen * octet.radiosity[c] * left[c];
       total[c] += SumOfRounded(glazed ? arriving * by_panes[c] : arriving);
     }
-    const FloatLanes least = Select(factor > 0.0F, octet.least_rays, FloatLanes{});
     const size_t before = looks_.size();
-    ListLooks(block, o, factor, Maximum(octet.rays * factor * rays_per_doubt, least), seeds);
+    ListLooks(block, o, factor, seeds);
     for (size_t l = before; l < looks_.size(); ++l) {
       const int lane = looks_[l].lane;
       left_of_looks_.push_back({{left[0][lane], left[1][lane], left[2][lane]},

@@ -12,17 +12,25 @@
 namespace isolux {
 namespace {
 
-constexpr float kMostRays = 64;  // from one point to one source
+// From one point to one source: at first, at least, and with those that follow where the first
+// disagree, at most.
+constexpr int kFirstRays = 16, kMostRays = 128;
+// So many first rays that what all of them may miss, a strip at the edge of the source, brings no
+// more than this many times what a point may be off by. Where no such number is to be had, as
+// behind a pinhole, none follow: to ask for more only where some pass would lose light.
+constexpr float kMissed = 4;
+// More than so many times what a source asked for at first do not follow, but kFirstRays may.
+constexpr float kMostMore = 4;
 // Of a source that gets a ray by a small chance, what it sees counts for those that get none; but
 // not for more than this, lest single rays decide.
 constexpr float kMostStandFor = 8;
 
 // A shifted additive sequence: even over a polygon whatever the number of points ([Roberts18]).
-// Eight terms from `at` on, which is moved past them.
+// Terms from `at` on, eight at most; `at` is moved past them.
 constexpr double kStepU = 0.75487766624669276, kStepV = 0.56984029099805327;
-FloatLanes Sequence(double step, double& at) {
+FloatLanes Sequence(double step, int count, double& at) {
   FloatLanes terms{};
-  for (int i = 0; i < 8; ++i) {
+  for (int i = 0; i < count; ++i) {
     terms[i] = std::min(static_cast<float>(at), 1 - 0x1p-24F);
     at += step;
     if (at >= 1) at -= 1;
@@ -42,17 +50,15 @@ int64_t SumOfRounded(FloatLanes arriving) {
   return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
-void PointGather::Evaluate(const GatherPlace& place, std::span<SourceBlock* const> blocks,
-                           double rays_per_doubt) {
+void PointGather::Evaluate(const GatherPlace& place, std::span<SourceBlock* const> blocks) {
   looks_.clear();
   left_of_looks_.clear();
   const auto place_seed = static_cast<uint32_t>(place.seed);
   for (SourceBlock* block : blocks) {
-    const auto per_doubt = static_cast<float>(rays_per_doubt);
     if (medium_ == nullptr && panes_ == nullptr) {
-      AddBlock(*block, block->At(place.position), place_seed, per_doubt, place.sums);
+      AddBlock(*block, block->At(place.position), place_seed, place.sums);
     } else {
-      AddBlockThrough(place, *block, per_doubt);
+      AddBlockThrough(place, *block);
     }
   }
   for (int c = 0; c < 3; ++c) {
@@ -60,14 +66,21 @@ void PointGather::Evaluate(const GatherPlace& place, std::span<SourceBlock* cons
   }
   packet_.from_polygon.fill(own_polygon_);
   for (uint32_t l = 0; l < looks_.size(); ++l) {
-    if (!looks_[l].exactly || !SeeExactly(place, looks_[l])) Aim(place, l);
+    Look& look = looks_[l];
+    if (look.exactly && SeeExactly(place, look)) continue;
+    Random random(Hash(look.target->seed, place.seed));
+    look.u = random.Unit();
+    look.v = random.Unit();
+    Aim(place, l,
+        static_cast<int>(std::min(look.wanted, std::max<float>(kFirstRays, CarefulRays(look)))));
   }
+  Trace();
+  for (uint32_t l = 0; l < looks_.size(); ++l) Aim(place, l, MoreRays(looks_[l]));
   Trace();
   Correct(place);
 }
 
-void PointGather::AddBlock(SourceBlock& block, PlanePoint at, uint32_t place_seed,
-                           float rays_per_doubt, int64_t* sums) {
+void PointGather::AddBlock(SourceBlock& block, PlanePoint at, uint32_t place_seed, int64_t* sums) {
   const UInt32Lanes seeds = UInt32Lanes{} + place_seed;
   std::array<int64_t, 3> total = block.even();
   const std::span<const SourceOctet> octets = block.octets();
@@ -76,8 +89,7 @@ void PointGather::AddBlock(SourceBlock& block, PlanePoint at, uint32_t place_see
     const FloatLanes factor = FormFactors(octet, at);
     const FloatLanes seen = factor * octet.visibility;
     for (int c = 0; c < 3; ++c) total[c] += SumOfRounded(seen * octet.radiosity[c]);
-    const FloatLanes least = Select(factor > 0.0F, octet.least_rays, FloatLanes{});
-    ListLooks(block, o, factor, Maximum(octet.rays * factor * rays_per_doubt, least), seeds);
+    ListLooks(block, o, factor, seeds);
   }
   for (const ClusterOctet& octet : block.clusters()) {
     const FloatLanes factor = FormFactors(octet, at);
@@ -87,18 +99,20 @@ void PointGather::AddBlock(SourceBlock& block, PlanePoint at, uint32_t place_see
 }
 
 // Wanted rays, rounded at random to whole ones.
-void PointGather::ListLooks(SourceBlock& block, size_t octet, FloatLanes factor, FloatLanes wanted,
+void PointGather::ListLooks(SourceBlock& block, size_t octet, FloatLanes factor,
                             UInt32Lanes place_seed) {
   const SourceOctet& sources = block.octets()[octet];
+  const FloatLanes wanted =
+      Maximum(sources.doubt * factor * rays_per_doubt_,
+              Minimum(sources.brings * factor * rays_per_w_m2_, SplatFloat(1)));
   const FloatLanes rays = wanted + UnitFromHash(sources.seed ^ place_seed);
   const Int32Lanes exact = (factor > 0.0F) & (factor >= exact_from_w_m2_ * sources.exact_per_w_m2);
   const int exactly = view_ ? Bits(exact) : 0;
   for (int chosen = Bits(rays >= 1.0F) | exactly; chosen != 0; chosen &= chosen - 1) {
     const int lane = std::countr_zero(static_cast<unsigned>(chosen));
     looks_.push_back({&block.target(8 * octet + static_cast<size_t>(lane)), &sources, lane,
-                      static_cast<int>(std::min(kMostRays, rays[lane])), factor[lane],
-                      std::clamp(1 / wanted[lane], 1.0F, kMostStandFor)});
-    looks_.back().exactly = (exactly >> lane & 1) != 0;
+                      rays[lane], factor[lane], std::clamp(1 / wanted[lane], 1.0F, kMostStandFor),
+                      (exactly >> lane & 1) != 0});
   }
 }
 
@@ -117,17 +131,42 @@ bool PointGather::SeeExactly(const GatherPlace& place, Look& look) {
   return true;
 }
 
-void PointGather::Aim(const GatherPlace& place, uint32_t l) {
-  RayTarget& target = *looks_[l].target;
+float PointGather::Brings(const Look& look) const {
+  const auto& radiosity = look.octet->radiosity;
+  return look.factor *
+         (radiosity[0][look.lane] + radiosity[1][look.lane] + radiosity[2][look.lane]);
+}
+
+float PointGather::CarefulRays(const Look& look) const {
+  return Brings(look) / (kMissed * static_cast<float>(tolerance_));
+}
+
+// Points that are spread evenly err by about the power −4/5 of their number.
+int PointGather::MoreRays(const Look& look) const {
+  if (look.rays < 2 || !(look.total > 0)) return 0;
+  if (CarefulRays(look) > look.wanted) return 0;
+  const double mean = look.passed / look.total;
+  const double variance = look.squares / look.total - mean * mean;
+  if (!(variance > 0)) return 0;
+  const double off = Brings(look) * std::sqrt(variance) / tolerance_;
+  const double most = std::clamp<double>(kMostMore * look.wanted, kFirstRays, kMostRays);
+  return static_cast<int>(std::min(most, off * std::sqrt(std::sqrt(off)))) - look.rays;
+}
+
+void PointGather::Aim(const GatherPlace& place, uint32_t l, int rays) {
+  if (rays <= 0) return;
+  Look& look = looks_[l];
+  RayTarget& target = *look.target;
   if (!target.sampler) {
     target.sampler.emplace(DrawnIn(target.polygon, rays_.coordinate_noise_m()));
   }
-  Random random(Hash(target.seed, place.seed));
-  double u = random.Unit(), v = random.Unit();
-  for (int rays = looks_[l].rays; rays > 0; rays -= RayScene::kPacket) {
-    const FloatPoints to = target.sampler->At(Sequence(kStepU, u), Sequence(kStepV, v));
+  look.rays += rays;
+  for (; rays > 0; rays -= RayScene::kPacket) {
+    const int count = std::min(rays, RayScene::kPacket);
+    const FloatLanes u = Sequence(kStepU, count, look.u);
+    const FloatPoints to = target.sampler->At(u, Sequence(kStepV, count, look.v));
     const FloatLanes weight = Kernel(place, to, target.normal);
-    for (int i = 0; i < std::min(rays, RayScene::kPacket); ++i) {
+    for (int i = 0; i < count; ++i) {
       if (!(weight[i] > 0)) continue;
       for (int c = 0; c < 3; ++c) packet_.to[c][count_] = to[c][i];
       packet_.to_polygon[count_] = target.surface_polygon;
@@ -187,6 +226,7 @@ void PointGather::Trace() {
       relative = sources_.RelativeRadiosityAt(look.target->varying, to);
     }
     look.passed += picks_[i].weight * relative;
+    look.squares += picks_[i].weight * relative * relative;
     if (panes_ == nullptr || look.target->glazed.kind == Glazed::Kind::kNot) continue;
     const Vec3 from(packet_.from[0][i], packet_.from[1][i], packet_.from[2][i]);
     look.passed_panes +=

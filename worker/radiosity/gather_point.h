@@ -39,17 +39,19 @@ class PointGather {
     if (between.prover != nullptr) view_.emplace(*between.prover);
   }
 
-  // The leaf that the next places lie on.
-  void SetLeaf(const Tree& tree, uint32_t leaf) {
-    exact_from_w_m2_ = static_cast<float>(sources_.ExactFrom(leaf));
+  // The leaf that the next places lie on. `scale`: of sums, as in the blocks.
+  void SetLeaf(const Tree& tree, uint32_t leaf, const GatherCare& care, double scale) {
+    rays_per_doubt_ = static_cast<float>(care.rays_per_doubt_w_m2);
+    rays_per_w_m2_ = static_cast<float>(1 / care.ray_from_w_m2);
+    exact_from_w_m2_ = static_cast<float>(care.exact_from_w_m2);
+    tolerance_ = care.tolerance_w_m2 * scale;
     normal_ = tree.normal(leaf);
     own_polygon_ = tree.surface_of(leaf).polygon;
     if (view_) view_->SetLeaf(leaf, tree.polygon(leaf), normal_, own_polygon_);
   }
 
   // Adds to place.sums what all sources bring, in units of 1/scale W/m².
-  void Evaluate(const GatherPlace& place, std::span<SourceBlock* const> blocks,
-                double rays_per_doubt);
+  void Evaluate(const GatherPlace& place, std::span<SourceBlock* const> blocks);
 
   uint64_t traced() const { return traced_; }
   uint64_t traced_by_mirrors() const { return traced_by_mirrors_; }  // of them
@@ -59,12 +61,15 @@ class PointGather {
   struct Look {
     RayTarget* target;
     const SourceOctet* octet;
-    int lane, rays;
+    int lane;
+    float wanted;  // rays
     float factor;
-    float stands_for;              // sources like it, of which this one gets rays by chance
-    double passed = 0, total = 0;  // weights of the rays
-    Rgb passed_panes{0.0};         // of those that pass, with what panes leave of them
-    bool exactly = false;          // is to be seen so
+    float stands_for;     // sources like it, of which this one gets rays by chance
+    bool exactly;         // is to be seen so; rays where it cannot be
+    int rays = 0;         // sent so far
+    double u = 0, v = 0;  // where the next one goes
+    double passed = 0, squares = 0, total = 0;  // weights of the rays
+    Rgb passed_panes{0.0};                      // of those that pass, with what panes leave of them
   };
   // A ray of a packet.
   struct Pick {
@@ -72,11 +77,10 @@ class PointGather {
     double weight;  // of the kernel
   };
 
-  void AddBlock(SourceBlock& block, PlanePoint at, uint32_t place_seed, float rays_per_doubt,
-                int64_t* sums);
+  void AddBlock(SourceBlock& block, PlanePoint at, uint32_t place_seed, int64_t* sums);
   // gather_medium.cc: the same through the medium or panes, and what the medium leaves of light
   // from sources, or over a distance in the block's unit.
-  void AddBlockThrough(const GatherPlace& place, SourceBlock& block, float rays_per_doubt);
+  void AddBlockThrough(const GatherPlace& place, SourceBlock& block);
   // gather_glass.cc: what panes leave of light from sources; whether they stand before any.
   bool LeftByPanes(const GatherPlace& place, SourceBlock& block, size_t octet, FloatLanes factor,
                    std::array<FloatLanes, 3>* left) const;
@@ -86,10 +90,12 @@ class PointGather {
   }
   std::array<FloatLanes, 3> LeftOf(const SourceOctet& octet, PlanePoint at) const;
   std::array<FloatLanes, 3> Left(FloatLanes distance) const;
-  void ListLooks(SourceBlock& block, size_t octet, FloatLanes factor, FloatLanes wanted,
-                 UInt32Lanes place_seed);
+  void ListLooks(SourceBlock& block, size_t octet, FloatLanes factor, UInt32Lanes place_seed);
   bool SeeExactly(const GatherPlace& place, Look& look);
-  void Aim(const GatherPlace& place, uint32_t look);
+  float Brings(const Look& look) const;  // unhidden, in units of sums, over the channels
+  float CarefulRays(const Look& look) const;
+  int MoreRays(const Look& look) const;  // that follow the first where these disagree
+  void Aim(const GatherPlace& place, uint32_t look, int rays);
   FloatLanes Kernel(const GatherPlace& place, const FloatPoints& to, const Vec3& normal) const;
   uint32_t Visible() const;
   void Trace();
@@ -101,7 +107,8 @@ class PointGather {
   const Medium* medium_;
   const Panes* panes_;
   std::optional<ExactView> view_;
-  float exact_from_w_m2_ = 0;
+  float rays_per_doubt_ = 0, rays_per_w_m2_ = 0, exact_from_w_m2_ = 0;  // GatherCare
+  double tolerance_ = 0;                                                // of sums
   std::array<float, 3> extinction_{};  // over the unit of the block that is added
   // Beside looks_, what is left of their light: by the medium, and by panes on the whole; empty
   // without either.

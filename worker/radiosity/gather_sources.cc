@@ -22,8 +22,13 @@ constexpr double kOpenOpticalSize = 0.25;
 constexpr double kVaryingDoubt = 0.3, kVaryingSpread = 0.2;
 // Of the share that is opened: what brings less is not looked at closely.
 constexpr double kVaryingShare = 0.1;
-// At least, where such a source is seen. Four take twice the rays and bring 0 to 4 % of the error.
-constexpr double kVaryingRays = 1;
+// Such a source counts as so many times what it brings when it asks for a ray.
+constexpr double kVaryingCare = 4;
+// A source in any doubt that brings this share of a leaf's irradiance gets a ray at each point:
+// where links are wrong about a place, as beside furniture, they are so together.
+constexpr double kRayShare = 0.02;
+// Of the mean irradiance: no shares are taken of less.
+constexpr double kDarkestShare = 1e-3;
 // What eight rays do not see may still be there: hidden sources count with this share.
 constexpr double kHiddenShare = 0.1;
 // Where links in doubt may bring this many times what is known of a leaf's light, as behind a
@@ -159,15 +164,18 @@ void SourceFinder::Fill(uint32_t node, const SurfaceFrame& frame, const GatherOp
   }
 }
 
-double SourceFinder::RaysPerDoubt(uint32_t leaf, const GatherOptions& options) const {
-  const LeafRecord& record = snapshot_.leaves[tree_.first_leaf(leaf)];
-  return record.doubt > 0 ? options.rays / static_cast<double>(record.doubt) : 0;
-}
-
-double SourceFinder::ExactFrom(uint32_t leaf) const {
+GatherCare SourceFinder::CareAt(uint32_t leaf, const GatherOptions& options) const {
   const double known = irradiance_[leaf];
-  const bool dark = snapshot_.leaves[tree_.first_leaf(leaf)].doubt > kDark * known;
-  return dark ? kExactShare * known : std::numeric_limits<double>::infinity();
+  const double doubt = snapshot_.leaves[tree_.first_leaf(leaf)].doubt;
+  const double local = std::max(known, kDarkestShare / kLeastShare * least_irradiance_);
+  GatherCare care;
+  if (doubt > 0) {
+    care.rays_per_doubt_w_m2 = std::min(options.most_rays / doubt, 1 / (options.ray_share * local));
+  }
+  care.ray_from_w_m2 = std::min(kRayShare, 10 * options.ray_share) * local;
+  if (doubt > kDark * known) care.exact_from_w_m2 = kExactShare * known;
+  care.tolerance_w_m2 = options.point_error * local;
+  return care;
 }
 
 double SourceFinder::RelativeRadiosityAt(uint32_t node, const Vec3& point) const {
@@ -343,8 +351,8 @@ void SourceFinder::Open(const Filling& filling, const Part& whole_part) const {
   SourceBlock::Strength strength;
   strength.radiosity = filling.scale * radiosity_[slots_.OfElement(part.node)];
   strength.visibility = part.visibility;
-  strength.rays = part.doubt * values.radiosity;
-  strength.least_rays = varies ? kVaryingRays : 0;
+  strength.doubt = part.doubt * values.radiosity;
+  if (part.doubt > 0) strength.brings = (varies ? kVaryingCare : 1) * values.radiosity;
   if (part.doubt > 0 && !varies && image == nullptr && part.glazed.kind == Glazed::Kind::kNot) {
     strength.exact_per_w_m2 = 1 / values.radiosity;
   }
@@ -355,7 +363,8 @@ void SourceFinder::Open(const Filling& filling, const Part& whole_part) const {
     target.image = image;
     target.normal = image->image.Direction(target.normal);
     strength.radiosity = image->share * strength.radiosity;
-    strength.rays *= image->share;
+    strength.doubt *= image->share;
+    strength.brings *= image->share;
   }
   target.surface_polygon = tree_.surface_of(part.node).polygon;
   target.seed = strength.seed;

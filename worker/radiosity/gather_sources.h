@@ -33,12 +33,8 @@ class SourceFinder {
   void Fill(uint32_t node, const SurfaceFrame& frame, const GatherOptions& options, double scale,
             SourceBlock& block) const;
 
-  // Rays a point of this leaf for each W/m² in doubt that a link brings.
-  double RaysPerDoubt(uint32_t leaf, const GatherOptions& options) const;
-
-  // W/m² that a source in doubt would bring a point of this leaf, unhidden, from which on rays are
-  // not enough.
-  double ExactFrom(uint32_t leaf) const;
+  // How closely points of this leaf look at sources in doubt.
+  GatherCare CareAt(uint32_t leaf, const GatherOptions& options) const;
 
  private:
   // A link at one of its ends.
