@@ -5,7 +5,7 @@
 namespace isolux {
 
 LinkProver::LinkProver(const Hierarchy& hierarchy)
-    : occluders_(MakeOccluders(hierarchy.scene())), tree_(occluders_.set) {}
+    : occluders_(MakeOccluders(hierarchy.scene())), tree_(occluders_.set), rays_(occluders_.set) {}
 
 Proof LinkProver::Settle(const Tree& tree, uint32_t p, uint32_t q, const CandidateList& above,
                          CandidateList* left) const {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "worker/radiosity/tree.h"
+#include "worker/visibility/occluder_rays.h"
 #include "worker/visibility/occluder_tree.h"
 
 namespace isolux {
@@ -35,10 +36,12 @@ class LinkProver {
   // All that may stand between.
   const SceneOccluders& occluders() const { return occluders_; }
   const OccluderTree& tree() const { return tree_; }
+  const OccluderRays& rays() const { return rays_; }
 
  private:
   SceneOccluders occluders_;
   OccluderTree tree_;
+  OccluderRays rays_;
 };
 
 }  // namespace isolux

@@ -114,7 +114,7 @@ class Evaluator {
     if (meeting == Meeting::kNothing) return LinkVerdict::kKeep;
     link.unoccluded_m2 =
         static_cast<float>(std::min(bound, ClusterCoupling(tree_, link.p, link.q)));
-    if (link.unoccluded_m2 > 0) Sample(link, found);
+    if (link.unoccluded_m2 > 0) Sample(nullptr, link, found);
     return LinkVerdict::kKeep;
   }
 
@@ -156,14 +156,15 @@ class Evaluator {
       Prove(pair, found);
     }
     if (found.proof == Proof::kHidden) return LinkVerdict::kDrop;
+    const CandidateList& among = found.candidates ? found.candidates : pair.candidates;
     if (found.proof == Proof::kVisible) {
       link.visible_rays = Link::kProved;
     } else {
-      Sample(link, found);
+      Sample(among, link, found);
     }
     const LinkVerdict verdict = Judge(link);
     if (verdict == LinkVerdict::kKeep && link.visible_rays != Link::kProved) {
-      SampleAgain(link, found);
+      SampleAgain(among, link, found);
     }
     return verdict;
   }
@@ -189,23 +190,28 @@ class Evaluator {
     found.proof = scene_.prover->Settle(tree_, pair.p, pair.q, pair.candidates, &found.candidates);
   }
 
-  void Sample(Link& link, Evaluation& found) const {
+  // By rays, of the ends of a link; `among`: all that may stand between, where that is known.
+  SampledVisibility Look(const Link& link, const CandidateList& among, uint64_t seed) const {
+    if (!among) return SampleVisibility(tree_, *scene_.rays, link.p, link.q, seed);
+    const Obstacles known{scene_.prover->rays(), *among};
+    return SampleVisibility(tree_, *scene_.rays, link.p, link.q, seed, &known);
+  }
+
+  void Sample(const CandidateList& among, Link& link, Evaluation& found) const {
     if (!scene_.occlusion) {
       link.visible_share = 65535;
       link.visible_rays = Link::kProved;
       return;
     }
-    const SampledVisibility sampled =
-        SampleVisibility(tree_, *scene_.rays, link.p, link.q, scene_.seed);
+    const SampledVisibility sampled = Look(link, among, scene_.seed);
     found.rays = static_cast<uint8_t>(sampled.traced);
     link.visible_share = static_cast<uint16_t>(std::lround(sampled.share * 65535));
     link.visible_rays = static_cast<uint8_t>(sampled.visible);
   }
 
   // See kValue.
-  void SampleAgain(Link& link, Evaluation& found) const {
-    const SampledVisibility sampled =
-        SampleVisibility(tree_, *scene_.rays, link.p, link.q, Hash(scene_.seed, kValue));
+  void SampleAgain(const CandidateList& among, Link& link, Evaluation& found) const {
+    const SampledVisibility sampled = Look(link, among, Hash(scene_.seed, kValue));
     found.rays = static_cast<uint8_t>(found.rays + sampled.traced);
     link.visible_share = static_cast<uint16_t>(std::lround(sampled.share * 65535));
   }

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "common/util/random.h"
 #include "worker/radiosity/folded_path.h"
@@ -179,10 +180,15 @@ SampledVisibility SampleThrough(const Tree& tree, const RayScene& rays, uint32_t
 }
 
 SampledVisibility SampleVisibility(const Tree& tree, const RayScene& rays, uint32_t p, uint32_t q,
-                                   uint64_t seed) {
+                                   uint64_t seed, const Obstacles* known) {
   const auto [packet, weight] = SomeRaysBetween(tree, rays, kStraight, p, q, seed);
   if (packet.valid == 0) return {};
-  return ShareOf(weight, packet.valid, rays.Visible(packet));
+  std::optional<uint32_t> visible;
+  if (known != nullptr) {
+    visible = known->rays.Passing(packet.from, packet.to, packet.valid, known->candidates,
+                                  static_cast<float>(rays.coordinate_noise_m()));
+  }
+  return ShareOf(weight, packet.valid, visible ? *visible : rays.Visible(packet));
 }
 
 }  // namespace isolux

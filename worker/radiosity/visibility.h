@@ -2,9 +2,12 @@
 // ends, seeded by the ends' ids.
 #pragma once
 
+#include <span>
+
 #include "worker/radiosity/polygon_sampler.h"
 #include "worker/radiosity/ray_scene.h"
 #include "worker/radiosity/tree.h"
+#include "worker/visibility/occluder_rays.h"
 
 namespace isolux {
 
@@ -28,9 +31,16 @@ inline constexpr uint32_t kStraight = 0xffffffffu;
 SampledRays RaysBetween(const Tree& tree, const RayScene& rays, uint32_t image, uint32_t p,
                         uint32_t q, uint64_t seed);
 
-// Where all eight pairs of points face away others are drawn, up to three times.
+// All that may stand between two ends, where that is known.
+struct Obstacles {
+  const OccluderRays& rays;
+  std::span<const uint32_t> candidates;
+};
+
+// Where all eight pairs of points face away others are drawn, up to three times. `known` spares
+// rays in the scene's tree; null: nothing is known.
 SampledVisibility SampleVisibility(const Tree& tree, const RayScene& rays, uint32_t p, uint32_t q,
-                                   uint64_t seed);
+                                   uint64_t seed, const Obstacles* known = nullptr);
 
 // The same of p and an image of q; what misses a mirror is hidden. `look`: whether anything may
 // stand in the way.

@@ -4,10 +4,15 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <bit>
+#include <optional>
+
 #include "common/util/random.h"
 #include "tests/support/scenes.h"
 #include "worker/radiosity/polygon_sampler.h"
 #include "worker/radiosity/ray_scene.h"
+#include "worker/radiosity/visibility.h"
 
 namespace isolux {
 namespace {
@@ -103,6 +108,53 @@ TEST_F(Prover, InheritsOnlyShorterLists) {
     ++compared;
   }
   EXPECT_GT(compared, 20);
+}
+
+TEST_F(Prover, DecidesRaysAsTheSceneDoes) {
+  constexpr uint64_t kSeed = 17;
+  Random random(kSeed);
+  const LinkProver prover(hierarchy_);
+  const auto surfaces = static_cast<uint32_t>(hierarchy_.surfaces().size());
+  int packets = 0, decided = 0, visible = 0, hidden = 0;
+  for (int round = 0; round < 4000; ++round) {
+    const uint32_t p = tree_.SurfaceIndex(random.Bits() % surfaces);
+    const uint32_t q = tree_.SurfaceIndex(random.Bits() % surfaces);
+    CandidateList among;
+    if (p == q || prover.Settle(tree_, p, q, nullptr, &among) != Proof::kNone || !among) continue;
+    const auto [packet, weight] = RaysBetween(tree_, rays_, kStraight, p, q, random.Bits());
+    if (packet.valid == 0) continue;
+    ++packets;
+    const auto passing = prover.rays().Passing(packet.from, packet.to, packet.valid, *among,
+                                               static_cast<float>(rays_.coordinate_noise_m()));
+    if (!passing) continue;
+    ++decided;
+    EXPECT_EQ(*passing, rays_.Visible(packet)) << "seed " << kSeed;
+    visible += std::popcount(*passing);
+    hidden += std::popcount(packet.valid & ~*passing);
+  }
+  EXPECT_GT(packets, 500);
+  EXPECT_GT(decided, 0.9 * packets);
+  EXPECT_GT(visible, 500);
+  EXPECT_GT(hidden, 500);
+}
+
+// A unit square seen from above: what ends in its plane or crosses its border is left open.
+TEST(OccluderRays, LeavesOpenWhatIsNear) {
+  OccluderSet set(10);
+  set.Add(std::array{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 1, 0), Vec3(0, 1, 0)});
+  const OccluderRays rays(set);
+  constexpr float kMargin = 1e-5F;
+  const auto passing = [&](float x, float from_z, float to_z) {
+    const std::array<FloatLanes, 3> from{SplatFloat(x), SplatFloat(0.5F), SplatFloat(from_z)};
+    const std::array<FloatLanes, 3> to{SplatFloat(x), SplatFloat(0.5F), SplatFloat(to_z)};
+    return rays.Passing(from, to, 0xff, std::array{0U}, kMargin);
+  };
+  EXPECT_EQ(passing(0.5F, 1, -1), 0U);
+  EXPECT_EQ(passing(1.1F, 1, -1), 0xffU);
+  EXPECT_EQ(passing(0.5F, 1, 0.5F), 0xffU);
+  EXPECT_EQ(passing(1.1F, 1, 0), 0xffU);
+  EXPECT_EQ(passing(0.5F, 1, 0), std::nullopt);
+  EXPECT_EQ(passing(1, 1, -1), std::nullopt);
 }
 
 }  // namespace
