@@ -109,8 +109,8 @@ TEST(Mirrors, ACornerOfMirrorsUnfoldsToFourRooms) {
   BoxFaces faces;
   faces.reflectance = {Rgb(.3), Rgb(.3), Rgb(.2), Rgb(.2), Rgb(.6), Rgb(.4)};
   faces.exitance[0] = faces.exitance[1] = faces.exitance[4] = Rgb(1);
-  const SolveResult mirrored = Solve(quarter, 0.01);
-  const SolveResult unfolded = Solve(BoxRoom({2, 2, 1.5}, faces), 0.01);
+  const SolveResult mirrored = Solve(quarter, 0.008);
+  const SolveResult unfolded = Solve(BoxRoom({2, 2, 1.5}, faces), 0.008);
   EXPECT_LT(Imbalance(mirrored), 1e-3);
   for (const uint32_t p : {1, 3, 4, 5}) {
     const double expected = PowerOn(unfolded, p) * (p < 4 ? 0.5 : 0.25);
