@@ -58,7 +58,8 @@ std::vector<NodeId> Repeated(std::span<const testing::PointOnSurface> points, in
   std::vector<NodeId> ids;
   for (const testing::PointOnSurface& point : points) {
     for (int k = 0; k < chances; ++k) {
-      ids.push_back({point.element.surface, point.element.path << levels | static_cast<uint64_t>(k)});
+      ids.push_back(
+          {point.element.surface, point.element.path << levels | static_cast<uint64_t>(k)});
     }
   }
   return ids;
@@ -69,13 +70,13 @@ std::vector<Noise> NoiseOf(const GatherPart& part, size_t points, int chances) {
   for (size_t i = 0; i < points; ++i) {
     double sum = 0, squares = 0;
     for (int k = 0; k < chances; ++k) {
-      const Rgb h = testing::IrradianceOf(part, i * static_cast<size_t>(chances) + static_cast<size_t>(k));
+      const Rgb h =
+          testing::IrradianceOf(part, i * static_cast<size_t>(chances) + static_cast<size_t>(k));
       sum += h.x + h.y + h.z;
       squares += (h.x + h.y + h.z) * (h.x + h.y + h.z);
     }
     noise[i].irradiance = sum / chances;
-    noise[i].deviation =
-        std::sqrt(std::max(0.0, (squares - sum * sum / chances) / (chances - 1)));
+    noise[i].deviation = std::sqrt(std::max(0.0, (squares - sum * sum / chances) / (chances - 1)));
   }
   return noise;
 }
@@ -96,8 +97,8 @@ void Print(const std::vector<Noise>& noise, uint64_t links, double rays, double 
   const auto percentile = [&](double share) {
     return relative[static_cast<size_t>(share * static_cast<double>(relative.size() - 1))];
   };
-  std::printf("links,mean,rms,median,p90,p99,rays,us\n%lu,%.4f,%.4f,%.4f,%.4f,%.4f,%.1f,%.1f\n", links,
-              deviation / irradiance, std::sqrt(squares / static_cast<double>(noise.size())),
+  std::printf("links,mean,rms,median,p90,p99,rays,us\n%lu,%.4f,%.4f,%.4f,%.4f,%.4f,%.1f,%.1f\n",
+              links, deviation / irradiance, std::sqrt(squares / static_cast<double>(noise.size())),
               percentile(0.5), percentile(0.9), percentile(0.99), rays, microseconds);
 }
 
