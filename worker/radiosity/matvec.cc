@@ -187,27 +187,12 @@ Status Product::SetInheritance(std::span<const double> of_leaves) {
   for (size_t i = 0; i < of_leaves.size(); ++i) {
     inheritance_[slots_.OfElement(active_.leaves[i])] = of_leaves[i];
   }
-  PullOwn<Single>(std::vector<Single>(leaf_count(), Single{1.0}), Single{1.0});
-  const std::vector<Single>& value = values<Single>().of_slot;
+  // Nodes are means of leaves, each times its factor. The sharpest bound would depend on the cut,
+  // and with it the unit of sums.
   Reduction reduction;
   reduction.maxima = {1};
-  const auto take = [&](uint32_t slot) {
-    reduction.maxima[0] = std::max(reduction.maxima[0], double{value[slot][0]});
-  };
-  for (const uint32_t node : active_.own) {
-    if (!tree_.is_cluster(node)) {
-      take(slots_.OfElement(node));
-      continue;
-    }
-    for (int d = 0; d < kDirections; ++d) {
-      if ((active_.directions[node] >> d & 1) != 0) take(slots_.OfCluster(node, d));
-    }
-  }
-  // Those of the crown are means of what the cut's nodes give.
-  for (uint32_t k = 0; k < placement_.cut_size(); ++k) {
-    const uint32_t node = placement_.cut_node(k);
-    if (tree_.is_cluster(node) || placement_.assignment().home[k] != placement_.self()) continue;
-    reduction.maxima[0] = std::max(reduction.maxima[0], inheritance_[slots_.OfElement(node)]);
+  for (const double factor : of_leaves) {
+    reduction.maxima[0] = std::max(reduction.maxima[0], factor);
   }
   ASSIGN_OR_RETURN(const Reduction total, exchange_.Reduce(std::move(reduction)));
   gain_ = total.maxima[0];

@@ -2,6 +2,7 @@
 // hold.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -78,6 +79,62 @@ TEST(Product, HasTheSameBitsForAnyNumberOfThreads) {
   for (size_t i = 0; i < a.size(); ++i) {
     for (int c = 0; c < 3; ++c) ASSERT_EQ(a[i][c], b[i][c]);
   }
+}
+
+// The unit of a product's sums must not depend on which nodes are above the cut.
+TEST(Product, HasTheSameBitsWhereverTheCutIs) {
+  int halves = 0;
+  for (uint64_t seed = 1; seed <= 8; ++seed) {
+    Bench bench(testing::RandomRoom(seed, 4), 1e-3);
+    Tree& tree = bench.tree;
+    Assignment finer;  // the halves of surfaces that have any
+    for (uint32_t s = 0; s < bench.hierarchy.surfaces().size(); ++s) {
+      const uint32_t node = tree.SurfaceIndex(s), child = tree.node(node).first_child;
+      if (child == kNoNode) {
+        finer.cut.push_back(tree.node(node).id);
+      } else {
+        for (const uint32_t half : {child, child + 1}) finer.cut.push_back(tree.node(half).id);
+      }
+    }
+    std::sort(finer.cut.begin(), finer.cut.end());
+    finer.home.assign(finer.cut.size(), 0);
+    Placement placement = Placement::Make(tree, finer, 0).value();
+    LinkSet links;
+    for (const std::vector<Link>* some : {&bench.links.own, &bench.links.crown}) {
+      for (const Link& link : *some) {
+        (placement.IsCrownLink(link.p, link.q) ? links.crown : links.own).push_back(link);
+      }
+    }
+    const ActiveNodes nodes = Subscribe(tree, placement, links, {}, bench.exchange).value();
+    ASSERT_EQ(nodes.leaves.size(), bench.nodes.leaves.size());
+    Product product(tree, placement, links, nodes, bench.pool, bench.exchange);
+    Random random(seed);
+    std::map<uint32_t, size_t> place;  // of a leaf among the bench's
+    std::vector<double> inheritance(bench.system.size()), same_inheritance;
+    for (size_t i = 0; i < inheritance.size(); ++i) {
+      // Of two halves one has a factor beyond a power of two that the mean of both is not.
+      const uint32_t leaf = bench.nodes.leaves[i], parent = tree.node(leaf).parent;
+      const bool half = tree.node(leaf).id.level() == 1 && tree.node(parent).first_child == leaf;
+      halves += half ? 1 : 0;
+      inheritance[i] = half ? 2.5 : 0.5 + 0.5 * random.Unit();
+      place[leaf] = i;
+    }
+    const std::vector<Lanes> x = bench.RandomValues(seed);
+    std::vector<Lanes> same_x, y(x.size());
+    for (const uint32_t leaf : nodes.leaves) {
+      same_inheritance.push_back(inheritance[place.at(leaf)]);
+      same_x.push_back(x[place.at(leaf)]);
+    }
+    ASSERT_TRUE(bench.product->SetInheritance(inheritance).ok());
+    ASSERT_TRUE(product.SetInheritance(same_inheritance).ok());
+    ASSERT_TRUE(product.Irradiance(same_x, Splat(1), y).ok());
+    const std::vector<Lanes> expected = bench.Irradiance(x);
+    for (size_t i = 0; i < y.size(); ++i) {
+      for (int c = 0; c < 3; ++c)
+        ASSERT_EQ(y[i][c], expected[place.at(nodes.leaves[i])][c]) << seed;
+    }
+  }
+  EXPECT_GT(halves, 0);
 }
 
 TEST(Product, ReturnsAllThatAClosedRoomIsGiven) {
