@@ -26,8 +26,8 @@ OutputMeshOptions OutputOptionsOf(const RoundSummary& last, const SolveOptions& 
 }
 
 double PointAccuracyWithin(double times_as_long, double accuracy) {
-  constexpr double kFinest = 0.5;
-  const double share = std::clamp(1 / std::sqrt(times_as_long), kFinest, 1.0);
+  constexpr double kFinest = 1.0 / 3, kPower = 0.8;
+  const double share = std::clamp(std::pow(times_as_long, -kPower), kFinest, 1.0);
   return share < 1 ? share * std::min(accuracy, kCoarsestOfPoints) : accuracy;
 }
 

@@ -14,11 +14,11 @@ OutputMeshOptions OutputOptionsOf(const RoundSummary& last, const SolveOptions& 
                                   uint64_t leaves, const OutputMeshOptions& limits);
 
 // For coarser accuracies rays at points become no fewer (GatherOptionsFor).
-inline constexpr double kCoarsestOfPoints = 0.0231;
+inline constexpr double kCoarsestOfPoints = 0.0632;
 
 // What accuracy rays at points can work to that may take so many times as long as at `accuracy`:
-// rays go with its inverse square, from kCoarsestOfPoints on. Not less than half of that: beyond it
-// points hardly gain.
+// rays, of which more follow where the first disagree, go with its power -1.25, from
+// kCoarsestOfPoints on. Not less than a third of that: beyond it points hardly gain.
 double PointAccuracyWithin(double times_as_long, double accuracy);
 
 }  // namespace isolux

@@ -170,7 +170,7 @@ TEST(ScheduleTest, KeepsWithinTheTime) {
     end.options = options;
     end.rounds = run.rounds;
     end.seconds = rounds_s;
-    const double rays = std::pow(PointAccuracyWithin(TimeForGather(end), 0.02) / 0.02, -2);
+    const double rays = std::pow(PointAccuracyWithin(TimeForGather(end), 0.02) / 0.02, -1.25);
     EXPECT_LE(rounds_s + rays * gather_s, 20);
     if (gather_s > 0.2 * rounds_s) {
       EXPECT_GE(rounds_s + rays * gather_s, 0.85 * 20);
@@ -181,10 +181,10 @@ TEST(ScheduleTest, KeepsWithinTheTime) {
 TEST(ScheduleTest, SpendsSpareTimeOnPointsUpToALimit) {
   EXPECT_EQ(PointAccuracyWithin(0.5, 0.02), 0.02);  // none is left
   EXPECT_EQ(PointAccuracyWithin(1, 0.02), 0.02);
-  EXPECT_NEAR(PointAccuracyWithin(2, 0.02), 0.02 / std::sqrt(2), 1e-15);
-  EXPECT_EQ(PointAccuracyWithin(1000, 0.02), 0.01);
+  EXPECT_NEAR(PointAccuracyWithin(2, 0.02), 0.02 * std::pow(0.5, 0.8), 1e-15);
+  EXPECT_NEAR(PointAccuracyWithin(1000, 0.02), 0.02 / 3, 1e-15);
   EXPECT_EQ(PointAccuracyWithin(1, 0.2), 0.2);
-  EXPECT_EQ(PointAccuracyWithin(4, 0.2), 0.5 * kCoarsestOfPoints);
+  EXPECT_NEAR(PointAccuracyWithin(4, 0.2), kCoarsestOfPoints / 3, 1e-15);
   ScheduleInput input;  // neither a budget nor rounds
   EXPECT_EQ(TimeForGather(input), 1);
   input.options.max_seconds = 10;
